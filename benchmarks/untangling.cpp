@@ -11,7 +11,7 @@
 #include "scenes/intersecting_bodies.hpp"
 #include "scenes/penetration.hpp"
 #include "scenes/scene.hpp"
-#include "timing.hpp"
+#include "scenes/step_profile.hpp"
 
 // Lets bodies that start through each other come apart, and measures what a world without intersections pays.
 
@@ -45,19 +45,39 @@ struct Outcome {
   std::size_t edges_at_end = 0;
   int steps_to_zero = -1;
   double fastest = 0, energy = 0;
+  double drift = 0;      ///< greatest speed of the common centre of mass
+  bool is_free = false;  ///< whether everything can move
 };
 
-void see(const std::vector<const btSoftBody*>& bodies, Outcome& outcome) {
+/// Sums over nodes and rigid bodies.
+struct Motion {
+  btVector3 momentum{0, 0, 0};
+  double mass = 0;
   double energy = 0;
+  bool is_free = true;
+
+  void add(const btVector3& velocity, btScalar inverse_mass) {
+    is_free &= inverse_mass > 0;
+    if (!(inverse_mass > 0)) return;
+    momentum += velocity / inverse_mass;
+    mass += 1 / double(inverse_mass);
+    energy += double(velocity.length2()) / double(inverse_mass) / 2;
+  }
+};
+
+void see(const std::vector<const btSoftBody*>& bodies, const std::vector<btRigidBody*>& rigid, Outcome& outcome) {
+  Motion motion;
   for (const btSoftBody* body : bodies) {
     for (int i = 0; i < body->m_nodes.size(); ++i) {
       const btSoftBody::Node& node = body->m_nodes[i];
-      if (!(node.m_im > 0)) continue;
-      energy += double(node.m_v.length2()) / double(node.m_im) / 2;
-      outcome.fastest = std::max(outcome.fastest, double(node.m_v.length()));
+      motion.add(node.m_v, node.m_im);
+      if (node.m_im > 0) outcome.fastest = std::max(outcome.fastest, double(node.m_v.length()));
     }
   }
-  outcome.energy = std::max(outcome.energy, energy);
+  for (const btRigidBody* body : rigid) motion.add(body->getLinearVelocity(), body->getInvMass());
+  outcome.energy = std::max(outcome.energy, motion.energy);
+  outcome.drift = std::max(outcome.drift, double(motion.momentum.length()) / motion.mass);
+  outcome.is_free = motion.is_free;
 }
 
 Outcome simulate(const demo::IntersectingBodies& kind, demo::World world, const Mode& mode, int size) {
@@ -66,62 +86,69 @@ Outcome simulate(const demo::IntersectingBodies& kind, demo::World world, const 
   simulation.set_gravity(btVector3(0, 0, 0));
   std::vector<const btSoftBody*> bodies;
   for (auto& body : kind.make(simulation.world_info(), world, size)) bodies.push_back(&simulation.add(std::move(body)));
+  demo::RigidMeshes meshes(
+      kind, simulation.world_info(), [&](auto shape, const btVector3& center, btScalar mass) -> auto& {
+        return simulation.add_rigid(std::move(shape), center, mass);
+      });
   Outcome outcome;
   const int steps = static_cast<int>(kSeconds / double(simulation.time_step()));
   std::size_t next_time = 0;
   for (int step = 0; step <= steps; ++step) {
     const bool is_time = next_time < kTimes.size() && step * double(simulation.time_step()) >= kTimes[next_time] - 1e-6;
     if (is_time || step % kStepsBetweenCounts == 0 || step == steps) {
-      outcome.edges_at_end = demo::find_intersections(bodies).edge_count;
+      std::vector<const btSoftBody*> all = bodies;
+      meshes.append_copies(all);
+      outcome.edges_at_end = demo::find_intersections(all).edge_count;
     }
     if (outcome.edges_at_end == 0 && outcome.steps_to_zero < 0) outcome.steps_to_zero = step;
     if (is_time) outcome.edges[next_time++] = outcome.edges_at_end;
     if (step == steps) break;
     simulation.step();
-    see(bodies, outcome);
+    see(bodies, meshes.bodies(), outcome);
   }
   return outcome;
 }
 
 struct CleanCost {
-  double without = 0, with = 0;  ///< milliseconds of a step, mean
-  double detection = 0;          ///< softcd's detections in it, without
+  demo::StepProfile step;  ///< mean
+  int steps_with_intersections = 0;
 };
 
-/// Makes steps of the same scene with and without untangling in turn.
+/// Measures softcd's share of a step of a scene without intersections, over several searches.
 CleanCost clean_cost(const char* name, Detection detection) {
   demo::SceneOptions options;
   options.settings.backend = Backend::cpu;
   options.settings.detection = detection;
   options.settings.edge_contacts =
       detection == Detection::ccd ? bullet::EdgeContacts::respond : bullet::EdgeContacts::off;
-  const auto without = demo::make_scene(name, options);
   options.settings.untangle = true;
-  const auto with = demo::make_scene(name, options);
+  const auto scene = demo::make_scene(name, options);
   constexpr int kWarmUp = 32;
-  constexpr int kSteps = 96;  // searches are in one of 32
+  constexpr int kSteps = 160;  // searches are in one of 32
+  demo::StepProfiler profiler;
+  for (int step = 0; step < kWarmUp; ++step) scene->step();
+  profiler.take();
   CleanCost cost;
-  for (int step = 0; step < kWarmUp + kSteps; ++step) {
-    const double time_without = milliseconds_of([&] { without->step(); });
-    const double time_with = milliseconds_of([&] { with->step(); });
-    if (step < kWarmUp) continue;
-    const bullet::WorldDetection& found = *without->simulation().detection();
-    cost.without += time_without / kSteps;
-    cost.with += time_with / kSteps;
-    cost.detection +=
-        (found.contact_report().statistics().ms.total + found.crossing_report().statistics().ms.total) / kSteps;
+  for (int step = 0; step < kSteps; ++step) {
+    scene->step();
+    cost.steps_with_intersections += scene->simulation().detection()->intersecting_bodies().empty() ? 0 : 1;
   }
+  const demo::StepProfile sum = profiler.take();
+  cost.step = {sum.contacts / kSteps, sum.crossings / kSteps, sum.untangling / kSteps};
   return cost;
 }
 
 void run(const UntanglingOptions& options) {
-  Table table({"bodies", "world", "mode", "0 s", "0.1 s", "0.25 s", "0.5 s", "1 s", "2 s", "steps to 0", "m/s", "J"},
+  Table table({"bodies", "world", "mode", "0 s", "0.1 s", "0.25 s", "0.5 s", "1 s", "2 s", "steps to 0", "m/s", "J",
+               "drift m/s"},
               3);
   nlohmann::ordered_json json = describe_run("untangling", options.machine);
+  const auto is_wanted = [&options](const char* name) {
+    return options.bodies.empty() ||
+           std::find(options.bodies.begin(), options.bodies.end(), name) != options.bodies.end();
+  };
   for (const demo::IntersectingBodies& kind : demo::intersecting_bodies()) {
-    const bool is_wanted = options.bodies.empty() ||
-                           std::find(options.bodies.begin(), options.bodies.end(), kind.name) != options.bodies.end();
-    if (!is_wanted) continue;
+    if (!is_wanted(kind.name)) continue;
     for (const demo::World world : {demo::World::classic, demo::World::deformable}) {
       for (const Mode& mode : modes()) {
         const Outcome outcome = simulate(kind, world, mode, options.size);
@@ -132,6 +159,7 @@ void run(const UntanglingOptions& options) {
         row.push_back(outcome.steps_to_zero < 0 ? "never" : fmt::to_string(outcome.steps_to_zero));
         row.push_back(fmt::format("{:.1f}", outcome.fastest));
         row.push_back(fmt::format("{:.2g}", outcome.energy));
+        row.push_back(outcome.is_free ? fmt::format("{:.1g}", outcome.drift) : "held");
         fmt::print(stderr, "{}\n", fmt::join(row, " "));
         table.add(row);
         json["untangling"].push_back({{"bodies", kind.name},
@@ -141,28 +169,32 @@ void run(const UntanglingOptions& options) {
                                       {"edges_at_end", outcome.edges_at_end},
                                       {"steps_to_zero", outcome.steps_to_zero},
                                       {"fastest", outcome.fastest},
-                                      {"energy", outcome.energy}});
+                                      {"energy", outcome.energy},
+                                      {"drift", outcome.drift}});
       }
     }
   }
-  Table costs({"scene", "detection", "step ms", "with untangle", "detections ms"}, 2);
+  Table costs({"scene", "detection", "softcd ms", "untangling ms", "share", "steps with intersections"}, 2);
   for (const char* name : {"two-cloths", "n-body", "folding-cloth"}) {
+    if (!is_wanted("clean")) break;
     for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-      const CleanCost cost = clean_cost(name, detection);
-      costs.add({name, detection == Detection::dcd ? "dcd" : "ccd", fmt::format("{:.2f}", cost.without),
-                 fmt::format("{:.2f}", cost.with), fmt::format("{:.2f}", cost.detection)});
+      const auto [cost, steps_with_intersections] = clean_cost(name, detection);
+      costs.add({name, detection == Detection::dcd ? "dcd" : "ccd", fmt::format("{:.3f}", cost.total()),
+                 fmt::format("{:.3f}", cost.untangling), fmt::format("{:.1f} %", 100 * cost.untangling / cost.total()),
+                 fmt::to_string(steps_with_intersections)});
       json["clean"].push_back({{"scene", name},
                                {"detection", detection == Detection::dcd ? "dcd" : "ccd"},
-                               {"step_ms", cost.without},
-                               {"step_ms_with", cost.with},
-                               {"detections_ms", cost.detection}});
+                               {"softcd_ms", cost.total()},
+                               {"untangling_ms", cost.untangling},
+                               {"steps_with_intersections", steps_with_intersections}});
     }
   }
   const std::string report = fmt::format(
       "### Untangling\n\nEdges that intersect triangles, over time. Steps are of 1/120 s in the classic world and "
       "shorter in the deformable one; the count is made in every fourth. Greatest speed of a node, and greatest "
       "kinetic energy; all start at "
-      "rest.\n\n{}\n### Clean worlds\n\nMean of 96 steps.\n\n{}\n",
+      "rest. Greatest speed of the common centre of mass, where nothing is held.\n\n{}\n### Clean worlds\n\nMean of "
+      "160 steps.\n\n{}\n",
       table.text(), costs.text());
   fmt::print("{}", report);
   if (!options.markdown_file.empty()) write_file(options.markdown_file, report);
@@ -174,7 +206,9 @@ void run(const UntanglingOptions& options) {
 void add_untangling(CLI::App& app, UntanglingOptions& options) {
   CLI::App* command = app.add_subcommand(
       "untangling", "Lets soft bodies that start through each other come apart, with Bullet alone and with softcd");
-  command->add_option("--bodies", options.bodies, "Kinds of bodies. Default: all")
+  command
+      ->add_option("--bodies", options.bodies,
+                   "Kinds of bodies, and 'clean' for worlds without intersections. Default: all")
       ->option_text("NAME...")
       ->delimiter(',');
   command->add_option("--size", options.size, "Nodes along a cloth")->option_text("N [16]")->check(CLI::Range(6, 1000));

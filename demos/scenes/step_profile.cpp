@@ -11,6 +11,7 @@ namespace {
 double StepProfile::*part_of(std::string_view zone) {
   if (zone == "softcd contacts") return &StepProfile::contacts;
   if (zone == "softcd crossings") return &StepProfile::crossings;
+  if (zone == "softcd untangling") return &StepProfile::untangling;
   return nullptr;
 }
 

@@ -7,10 +7,11 @@ namespace softcd::demo {
 
 /// softcd's share of a step, in milliseconds.
 struct StepProfile {
-  double contacts = 0;   ///< finding contacts and handing them to Bullet
-  double crossings = 0;  ///< with continuous detection: finding and preventing the remaining crossings
+  double contacts = 0;    ///< finding contacts and handing them to Bullet
+  double crossings = 0;   ///< with continuous detection: finding and preventing the remaining crossings
+  double untangling = 0;  ///< with Settings::untangle
 
-  double total() const { return contacts + crossings; }
+  double total() const { return contacts + crossings + untangling; }
 };
 
 /// Measures by the zones that Bullet and softcd report to Bullet's profiler. Only one may exist at a time, on the

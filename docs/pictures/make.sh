@@ -4,7 +4,8 @@ set -euo pipefail
 
 usage() {
   cat <<'TEXT'
-usage: docs/pictures/make.sh pictures [SCENE...]      docs/pictures/SCENE.png, as the scene ends
+usage: docs/pictures/make.sh pictures [SCENE...]      docs/pictures/SCENE.png, as the scene ends; untangling with Bullet's own
+                                                      detection on the left, softcd on the right
        docs/pictures/make.sh videos [SCENE...]        build/videos/SCENE.mp4, 1280 x 720, 30 frames a second
        docs/pictures/make.sh comparisons [SCENE...]   build/videos/SCENE-comparison.mp4: Bullet's own detection on the
                                                       left, softcd on the right, the same scene
@@ -26,6 +27,7 @@ steps_of() {
   case $1 in
     flamenco) echo 360 ;;
     two-cloths | stack | mixed-sizes-cloth) echo 400 ;;
+    untangling) echo 240 ;;
     funnel | n-body | folding-cloth | mixed-sizes-balls) echo 480 ;;
     *) echo 600 ;;
   esac
@@ -51,7 +53,11 @@ shrink() {
 }
 
 make_picture() {
-  simulate "$1" --picture "$videos/$1.png"
+  if [ "$1" = untangling ]; then
+    make_pair_of_pictures "$1"
+  else
+    simulate "$1" --picture "$videos/$1.png"
+  fi
   shrink "$1"
 }
 
@@ -64,17 +70,29 @@ make_window() {
 
 make_video() { simulate "$1" --picture "$videos/$1.png" --record "$videos/$1.mp4"; }
 
-# Frames of half the width, side by side, with words that are legible on a phone.
+# Puts two pictures or videos, with the endings -bullet and -softcd, side by side. The words are legible on a phone.
+put_side_by_side() {
+  local ending=$2
+  local text="fontsize=34:fontcolor=black:box=1:boxcolor=white@0.75:boxborderw=10:x=16:y=16"
+  run_ffmpeg -i "$videos/$1-bullet.$ending" -i "$videos/$1-softcd.$ending" -filter_complex \
+    "[0]drawtext=text=Bullet:${text}[a];[1]drawtext=text=Bullet with softcd:${text}[b];[a][b]hstack" "$3"
+}
+
+make_pair_of_pictures() {
+  local collision
+  for collision in bullet softcd; do
+    simulate "$1" --collision "$collision" --picture-size 640x480 --picture "$videos/$1-$collision.png"
+  done
+  put_side_by_side "$1" png "$videos/$1.png"
+}
+
 make_comparison() {
   local collision
   for collision in bullet softcd; do
     simulate "$1" --collision "$collision" --picture-size 640x480 --picture "$videos/$1-$collision.png" \
       --record "$videos/$1-$collision.mp4"
   done
-  local text="fontsize=34:fontcolor=black:box=1:boxcolor=white@0.75:boxborderw=10:x=16:y=16"
-  run_ffmpeg -i "$videos/$1-bullet.mp4" -i "$videos/$1-softcd.mp4" -filter_complex \
-    "[0]drawtext=text=Bullet:${text}[a];[1]drawtext=text=Bullet with softcd:${text}[b];[a][b]hstack" \
-    "$videos/$1-comparison.mp4"
+  put_side_by_side "$1" mp4 "$videos/$1-comparison.mp4"
 }
 
 make_animation() {

@@ -99,7 +99,7 @@ class Settings(TypedDict, total=False):
     convex_shapes: ConvexShapes | Literal["nodes", "faces_and_edges"]
     """Which features touch boxes, spheres and other convex shapes."""
     untangle: bool
-    """Whether soft bodies that intersect, or intersect themselves, are moved apart."""
+    """Whether soft bodies that intersect each other, themselves or rigid meshes are moved apart."""
     untangle_speed: float
     """The greatest speed, in metres a second, at which untangle moves a node."""
     filter_deformables: bool

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
 
+#include "BulletCollision/CollisionShapes/btSphereShape.h"
 #include "attached_worlds.hpp"
 #include "scenes/intersecting_bodies.hpp"
 #include "scenes/penetration.hpp"
@@ -26,12 +28,21 @@ bullet::Settings untangling(Detection detection, bool untangles = true) {
 /// Intersecting bodies in a world without gravity.
 class Tangle {
  public:
-  Tangle(const char* name, World world, const bullet::Settings& settings) : simulation_(world, settings) {
+  Tangle(const char* name, World world, const bullet::Settings& settings, bool has_meshes = true)
+      : Tangle(demo::find_intersecting_bodies(name), world, settings, has_meshes) {}
+  Tangle(const demo::IntersectingBodies& bodies, World world, const bullet::Settings& settings, bool has_meshes = true)
+      : simulation_(world, settings) {
     simulation_.set_gravity(btVector3(0, 0, 0));
+    simulation_.world().setGravity(btVector3(0, 0, 0));
     const demo::World kind = is_deformable(world) ? demo::World::deformable : demo::World::classic;
-    for (auto& body : demo::find_intersecting_bodies(name).make(simulation_.world_info(), kind, 12)) {
+    for (auto& body : bodies.make(simulation_.world_info(), kind, 12)) {
       bodies_.push_back(&simulation_.add(std::move(body)));
     }
+    meshes_.emplace(
+        has_meshes ? bodies : demo::IntersectingBodies{},
+        simulation_.world_info(), [this](auto shape, const btVector3& center, btScalar mass) -> auto& {
+          return simulation_.add_rigid(std::move(shape), center, mass);
+        });
   }
 
   void step() {
@@ -58,7 +69,12 @@ class Tangle {
 
   AnySimulation& simulation() { return simulation_; }
   const std::vector<bullet::IntersectingBodies>& pairs() { return simulation_.detection().intersecting_bodies(); }
-  std::size_t edges() const { return demo::find_intersections(bodies_).edge_count; }
+  std::size_t edges() {
+    std::vector<const btSoftBody*> all = bodies_;
+    meshes_->append_copies(all);
+    return demo::find_intersections(all).edge_count;
+  }
+  const std::vector<btRigidBody*>& rigid_bodies() const { return meshes_->bodies(); }
   double fastest() const { return fastest_; }
   double greatest_energy() const { return energy_; }
   double mass() const {
@@ -66,14 +82,19 @@ class Tangle {
     for (const btSoftBody* body : bodies_) mass += double(body->getTotalMass());
     return mass;
   }
-  /// The velocity of the centre of mass.
+  /// The velocity of the common centre of mass; 0 if something is held.
   double drift() const {
     btVector3 momentum(0, 0, 0);
     double mass = 0;
+    for (const btRigidBody* body : rigid_bodies()) {
+      if (!(body->getInvMass() > 0)) return 0;
+      momentum += body->getLinearVelocity() / body->getInvMass();
+      mass += 1 / double(body->getInvMass());
+    }
     for (const btSoftBody* body : bodies_) {
       for (int n = 0; n < body->m_nodes.size(); ++n) {
         const btSoftBody::Node& node = body->m_nodes[n];
-        if (!(node.m_im > 0)) continue;
+        if (!(node.m_im > 0)) return 0;
         momentum += node.m_v / node.m_im;
         mass += 1 / double(node.m_im);
       }
@@ -84,8 +105,39 @@ class Tangle {
  private:
   AnySimulation simulation_;
   std::vector<const btSoftBody*> bodies_;
+  std::optional<demo::RigidMeshes> meshes_;
   double fastest_ = 0, energy_ = 0;
 };
+
+/// Greatest speed of a node, m/s, and kinetic energy, J/kg: one and a half times the measured ones in classic worlds.
+/// Springs throw nodes back that the untangling has moved at 1 m/s.
+struct Bounds {
+  double speed, energy;
+};
+/// Twice the measured ones in deformable worlds, in which Bullet's random numbers differ from run to run.
+struct BoundsOfKind {
+  const char* name;
+  Bounds classic, deformable;
+};
+constexpr BoundsOfKind kBounds[] = {
+    {"crossed-cloths", {3.6, 0.16}, {7.2, 1.9}},
+    {"interlocked-cloths", {4, 0.1}, {8.3, 0.51}},
+    {"loop", {5.7, 2.6}, {13.8, 5.9}},
+    {"two-balls", {4.8, 0.16}, {4.2, 0.24}},
+    {"heap", {6.3, 0.62}, {11.1, 1.7}},
+    {"cloth-in-ball", {2, 0.03}, {6.3, 0.08}},
+    {"sleeve", {5.4, 1.8}, {4.3, 1.2}},
+    {"knot", {3.6, 0.08}, {6.2, 0.72}},
+    {"cloth-in-mesh", {2.8, 0.13}, {8.8, 0.47}},
+    {"cloth-in-free-mesh", {2.4, 0.13}, {8.5, 0.45}},
+    {"cloth-in-slope", {0.55, 0.03}, {2.9, 0.17}},
+    {"sleeve-on-mesh", {5.4, 1.8}, {3.9, 1.2}},
+};
+const Bounds& bounds_of(const char* name, bool is_deformable) {
+  const auto* const found = std::find_if(std::begin(kBounds), std::end(kBounds),
+                                         [name](const BoundsOfKind& each) { return std::string(name) == each.name; });
+  return is_deformable ? found->deformable : found->classic;
+}
 
 using Parameters = std::tuple<const char*, World, Detection>;
 
@@ -98,12 +150,10 @@ TEST_P(Untangling, brings_bodies_apart_gently) {
   ASSERT_GT(edges, 0U);
   const int steps = tangle.steps_until_clean();
   EXPECT_LT(steps, kMostSteps);
-  // Springs throw nodes back that the untangling has moved at 1 m/s. The loop's own tension gives it 1.6 J/kg.
-  EXPECT_LT(tangle.fastest(), 10);
-  EXPECT_LT(tangle.greatest_energy(), tangle.mass() * 3.5);
-  if (std::string(name) != "sleeve") {
-    EXPECT_LT(tangle.drift(), 0.1);
-  }
+  const Bounds& bounds = bounds_of(name, is_deformable(world));
+  EXPECT_LT(tangle.fastest(), bounds.speed);
+  EXPECT_LT(tangle.greatest_energy(), tangle.mass() * bounds.energy);
+  EXPECT_LT(tangle.drift(), 0.05);
   if (detection == Detection::dcd) return;
   for (int i = 0; i < 30; ++i) tangle.step();
   EXPECT_EQ(tangle.edges(), 0U) << "the clean pair is guarded again";
@@ -118,7 +168,8 @@ std::string parameter_name(const testing::TestParamInfo<Parameters>& info) {
 
 INSTANTIATE_TEST_SUITE_P(InEveryWorld, Untangling,
                          testing::Combine(testing::Values("crossed-cloths", "interlocked-cloths", "loop", "two-balls",
-                                                          "cloth-in-ball", "sleeve"),
+                                                          "cloth-in-ball", "sleeve", "knot", "cloth-in-mesh",
+                                                          "cloth-in-free-mesh", "cloth-in-slope", "sleeve-on-mesh"),
                                           kLookingWorlds, testing::Values(Detection::dcd, Detection::ccd)),
                          parameter_name);
 INSTANTIATE_TEST_SUITE_P(Heap, Untangling,
@@ -138,7 +189,8 @@ TEST_P(UntanglingOff, leaves_bodies_through_each_other) {
 
 INSTANTIATE_TEST_SUITE_P(InBothKinds, UntanglingOff,
                          testing::Combine(testing::Values("crossed-cloths", "interlocked-cloths", "two-balls",
-                                                          "cloth-in-ball", "sleeve"),
+                                                          "cloth-in-ball", "sleeve", "cloth-in-mesh",
+                                                          "cloth-in-free-mesh", "cloth-in-slope"),
                                           testing::Values(World::one_line, World::deformable)));
 
 TEST(UntanglingReport, counts_regions_lengths_and_steps) {
@@ -164,6 +216,18 @@ TEST(UntanglingReport, says_in_the_log_when_bodies_are_apart) {
   Tangle tangle("two-balls", World::one_line, settings);
   for (int i = 0; i < 60; ++i) tangle.step();
   EXPECT_NE(text.find("untangling: two soft bodies came apart after "), std::string::npos) << text;
+}
+
+TEST(UntanglingReport, says_in_the_log_that_a_dispatcher_alone_does_not_untangle) {
+  std::string text;
+  bullet::Settings settings = untangling(Detection::dcd);
+  settings.log = [&](LogLevel, std::string_view message) { text += message; };
+  Tangle tangle("two-balls", World::dispatcher, settings);
+  for (int i = 0; i < 3; ++i) tangle.step();
+  const std::size_t at = text.find("untangling: a softcd::bullet::Dispatcher");
+  ASSERT_NE(at, std::string::npos) << text;
+  EXPECT_EQ(text.find("untangling:", at + 1), std::string::npos) << "once";
+  EXPECT_TRUE(tangle.pairs().empty());
 }
 
 /// A ball in a balloon may be meant to be there, and nothing says on which side it should come out.
@@ -196,6 +260,99 @@ TEST(UntanglingLimits, a_speed_out_of_range_is_refused) {
   settings.untangle_speed = 0;
   EXPECT_THROW(AnySimulation(World::one_line, settings), InvalidInput);
 }
+
+class UntanglingConvex : public testing::TestWithParam<World> {};
+
+/// Bullet's own contacts know the inside of a convex shape, and lead nodes out of it, slowly.
+TEST_P(UntanglingConvex, is_left_to_bullets_own_contacts) {
+  Tangle tangle("cloth-in-mesh", GetParam(), untangling(Detection::dcd), /*has_meshes=*/false);
+  const btVector3 center(btScalar(0.05), btScalar(0.15), btScalar(0.02));
+  constexpr btScalar kRadius = btScalar(0.25);
+  tangle.simulation().add_rigid(std::make_unique<btSphereShape>(kRadius), center);
+  const auto inside = [&] {
+    const btSoftBody& cloth = *tangle.simulation().bodies()[0];
+    int count = 0;
+    for (int n = 0; n < cloth.m_nodes.size(); ++n) count += cloth.m_nodes[n].m_x.distance(center) < kRadius ? 1 : 0;
+    return count;
+  };
+  const int first = inside();
+  for (int i = 0; i < 60; ++i) tangle.step();
+  EXPECT_TRUE(tangle.pairs().empty());
+  EXPECT_LT(4 * inside(), 3 * first);
+  EXPECT_LT(tangle.fastest(), 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(InBothKinds, UntanglingConvex, testing::Values(World::one_line, World::deformable),
+                         world_name);
+
+class UntanglingMeshes : public testing::TestWithParam<World> {};
+
+TEST_P(UntanglingMeshes, are_reported) {
+  Tangle tangle("cloth-in-mesh", GetParam(), untangling(Detection::dcd));
+  tangle.simulation().step_once();
+  ASSERT_EQ(tangle.pairs().size(), 1U);
+  EXPECT_EQ(tangle.pairs()[0].a, tangle.simulation().bodies()[0]);
+  EXPECT_EQ(tangle.pairs()[0].b, tangle.rigid_bodies()[0]);
+  EXPECT_EQ(tangle.pairs()[0].steps, 1U);
+  EXPECT_GT(tangle.pairs()[0].curve_length, 1);
+}
+
+/// The mesh follows the cloth that moves out of it.
+TEST_P(UntanglingMeshes, that_are_kinematic_keep_their_motion) {
+  Tangle tangle("cloth-in-mesh", GetParam(), untangling(Detection::ccd));
+  btRigidBody& mesh = *tangle.rigid_bodies()[0];
+  mesh.setCollisionFlags(mesh.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+  mesh.setActivationState(DISABLE_DEACTIVATION);
+  btTransform place = btTransform::getIdentity();
+  int steps = 0;
+  for (; steps < kMostSteps && (steps < 2 || !tangle.pairs().empty()); ++steps) {
+    place.getOrigin() += btVector3(0, btScalar(-0.3) * tangle.simulation().step_length(), 0);
+    mesh.setWorldTransform(place);
+    tangle.simulation().step_once();
+  }
+  EXPECT_LT(steps, kMostSteps);
+  EXPECT_EQ(tangle.edges(), 0U);
+  EXPECT_EQ(mesh.getWorldTransform().getOrigin(), place.getOrigin());
+}
+
+constexpr btScalar kLargeRadius = btScalar(1.5);
+
+/// Most of the cloth is inside a mesh that is larger than it. The part of the mesh near the cloth is open, and the
+/// smaller part of the cloth is outside.
+TEST_P(UntanglingMeshes, that_are_large_have_an_inside) {
+  const demo::IntersectingBodies bodies = {
+      "", "",
+      [](btSoftBodyWorldInfo& info, demo::World kind, int size) {
+        auto made = demo::find_intersecting_bodies("cloth-in-mesh").make(info, kind, size);
+        for (int n = 0; n < made[0]->m_nodes.size(); ++n) {
+          made[0]->m_nodes[n].m_x += btVector3(kLargeRadius - btScalar(0.3), 0, 0);
+          made[0]->m_nodes[n].m_q = made[0]->m_nodes[n].m_x;
+        }
+        return made;
+      },
+      [] {
+        return std::vector<demo::MeshBody>{{demo::sphere_mesh(btVector3(0, 0, 0), kLargeRadius, 4), 0}};
+      }};
+  Tangle tangle(bodies, GetParam(), untangling(Detection::dcd));
+  EXPECT_LT(tangle.steps_until_clean(), kMostSteps);
+  const btSoftBody& cloth = *tangle.simulation().bodies()[0];
+  for (int n = 0; n < cloth.m_nodes.size(); ++n) {
+    ASSERT_GT(cloth.m_nodes[n].m_x.length(), btScalar(0.98) * kLargeRadius) << "node " << n;
+  }
+}
+
+/// Impulses on the mesh and the cloth are equal and opposite. The cloth's damping takes momentum as well.
+TEST_P(UntanglingMeshes, that_are_free_keep_the_common_momentum) {
+  Tangle tangle("cloth-in-free-mesh", GetParam(), untangling(Detection::dcd));
+  for (int i = 0; i < 4; ++i) {
+    tangle.simulation().step_once();
+    EXPECT_LT(tangle.drift(), 5e-4);
+  }
+  EXPECT_GT(tangle.rigid_bodies()[0]->getLinearVelocity().length(), 0.005);
+}
+
+INSTANTIATE_TEST_SUITE_P(InBothKinds, UntanglingMeshes, testing::Values(World::one_line, World::deformable),
+                         world_name);
 
 /// Impulses and shifts are equal and opposite, and the deformable solver keeps momentum.
 TEST(UntanglingLimits, momentum_of_free_bodies_is_kept) {

@@ -92,19 +92,23 @@ std::set<std::uint32_t> inside_vertices(const IntersectionRegions& found, BodyId
   return vertices;
 }
 
-/// Expects that exactly the vertices around which the other mesh winds are inside it. Vertices on the other surface may
-/// be either.
+/// Expects that exactly the vertices of body a around which the closed body b winds are inside it. Vertices on its
+/// surface may be either.
+void expect_inside(const ProbedBodies& probed, const IntersectionRegions& found, std::size_t a, std::size_t b) {
+  const Mesh other = {probed.bodies[b].triangles, probed.bodies[b].x_t1};
+  const std::set<std::uint32_t> inside = inside_vertices(found, probed.ids[a], probed.ids[b]);
+  for (std::uint32_t v = 0; v < probed.bodies[a].x_t1.size(); ++v) {
+    const int winding = winding_around(other, probed.bodies[a].x_t1[v]);
+    if (winding == kOnSurface) continue;
+    ASSERT_EQ(inside.count(v) > 0, winding != 0) << "body " << a << ", vertex " << v;
+  }
+}
+
+/// Expects it of all pairs of bodies, which are closed.
 void expect_inside(const ProbedBodies& probed, const IntersectionRegions& found) {
   for (std::size_t a = 0; a < probed.bodies.size(); ++a) {
     for (std::size_t b = 0; b < probed.bodies.size(); ++b) {
-      if (a == b) continue;
-      const Mesh other = {probed.bodies[b].triangles, probed.bodies[b].x_t1};
-      const std::set<std::uint32_t> inside = inside_vertices(found, probed.ids[a], probed.ids[b]);
-      for (std::uint32_t v = 0; v < probed.bodies[a].x_t1.size(); ++v) {
-        const int winding = winding_around(other, probed.bodies[a].x_t1[v]);
-        if (winding == kOnSurface) continue;
-        ASSERT_EQ(inside.count(v) > 0, winding != 0) << "body " << a << ", vertex " << v;
-      }
+      if (a != b) expect_inside(probed, found, a, b);
     }
   }
 }
@@ -269,6 +273,31 @@ TEST(IntersectionRegions, of_surfaces_on_a_coarse_grid_have_no_wrong_side) {
     expect_inside(probed, found);
     for (const IntersectionRegion& region : found.regions) perturbed += region.is_perturbed ? 1 : 0;
   }
+  EXPECT_GT(perturbed, 100);
+}
+
+/// Borders on faces and edges, shared vertices, coplanar faces; in every third pair all triangles are needles.
+TEST(IntersectionRegions, of_open_sheets_on_a_coarse_grid_have_no_wrong_side) {
+  Random random(15);
+  int open = 0;
+  int perturbed = 0;
+  for (int i = 0; i < 200; ++i) {
+    SCOPED_TRACE(i);
+    Mesh sheet = grid_cloth(4, 3, 1.0);
+    for (Vec3d& x : sheet.positions) x = random.in_box(2.0);
+    snap_to_grid(sheet.positions, 0);
+    Mesh closed = i % 2 == 0 ? wild_ball(random, 0, 2.0, 0) : box({0, 0, 0}, {2, 2, 2});
+    for (Mesh* mesh : {&sheet, &closed}) {
+      for (Vec3d& x : mesh->positions) x.x *= i % 3 == 0 ? 0x1p-16 : 1.0;
+    }
+    ProbedBodies probed({still(sheet, {}), still(closed, {})});
+    const IntersectionRegions found = probed.probe.intersection_regions();
+    expect_sound(probed, found);
+    expect_inside(probed, found, 0, 1);
+    for (const IntersectionCurve& curve : found.curves) open += curve.is_closed ? 0 : 1;
+    for (const IntersectionRegion& region : found.regions) perturbed += region.is_perturbed ? 1 : 0;
+  }
+  EXPECT_GT(open, 100);
   EXPECT_GT(perturbed, 100);
 }
 

@@ -433,10 +433,4 @@ bool TangledNodes::has_all_of(const MemberContact& found) const {
   });
 }
 
-bool TangledNodes::has_one_of(const MemberContact& found) const {
-  return !nodes_.empty() && any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
-    return nodes_.count({node, other}) > 0;
-  });
-}
-
 }  // namespace softcd::bullet

@@ -26,21 +26,40 @@ bool is_touching(const MemberContact& found, const NodeEnds& ends);
 /// edge enters a face at one of its ends, or at an edge of the face, and the features there are found.
 bool may_be_tangled_at_the_end(const MemberContact& found, const NodeEnds& ends);
 
-/// The nodes of tangled features, each with the body that it is tangled with.
+/// The nodes of tangled features, each with the object that it is tangled with.
 class TangledNodes {
  public:
   void clear() { nodes_.clear(); }
   /// Adds the nodes of the contact if its features are tangled.
   void add(const MemberContact& found, const NodeEnds& ends);
-  /// Adds a node that is tangled with the body.
-  void add(const btSoftBody::Node& node, const btSoftBody& other) { nodes_.emplace(&node, &other); }
-  /// Returns whether one of the contact's nodes is tangled with the other side's body.
-  bool has_one_of(const MemberContact& found) const;
+  /// Adds a node that is tangled with the object.
+  void add(const btSoftBody::Node& node, const btCollisionObject& other) { nodes_.emplace(&node, &other); }
+  bool empty() const { return nodes_.empty(); }
+  bool has(const btSoftBody::Node& node, const btCollisionObject& other) const {
+    return nodes_.count({&node, &other}) > 0;
+  }
+  /// Returns whether one of the contact's nodes is tangled with the other side's body. `object_of` returns the object
+  /// that a side's body represents.
+  template <class ObjectOf>
+  bool has_one_of(const MemberContact& found, ObjectOf object_of) const {
+    if (nodes_.empty()) return false;
+    const int count_a = found.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
+    const btCollisionObject& a = object_of(*found.a.body);
+    const btCollisionObject& b = object_of(*found.b.body);
+    for (int i = 0; i < 4; ++i) {
+      const btSoftBody& own = i < count_a ? *found.a.body : *found.b.body;
+      if (has(own.m_nodes[static_cast<int>(found.contact.vertices[i])], i < count_a ? b : a)) return true;
+    }
+    return false;
+  }
+  bool has_one_of(const MemberContact& found) const {
+    return has_one_of(found, [](const btSoftBody& body) -> const btCollisionObject& { return body; });
+  }
 
  private:
   bool has_all_of(const MemberContact& found) const;
 
-  std::set<std::pair<const btSoftBody::Node*, const btSoftBody*>> nodes_;
+  std::set<std::pair<const btSoftBody::Node*, const btCollisionObject*>> nodes_;
 };
 
 }  // namespace softcd::bullet

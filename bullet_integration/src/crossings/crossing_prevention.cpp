@@ -142,6 +142,13 @@ bool CrossingPrevention::is_released(const MemberContact& found) const {
   return answers_edges(settings_) && is_tangled(found, kind_.ends);
 }
 
+/// Returns whether a node of the contact moves out of the other side's object.
+bool CrossingPrevention::moves_out(const MemberContact& found) const {
+  return released_ != nullptr &&
+         released_->has_one_of(
+             found, [this](const btSoftBody& body) -> const auto& { return obstacles_.object_of(body); });
+}
+
 /// Links of ropes get responses only with EdgeContacts::respond.
 bool CrossingPrevention::is_of_unanswered_link(const MemberContact& found) const {
   return found.contact.kind == ContactKind::edge_edge && settings_.edge_contacts != EdgeContacts::respond &&
@@ -159,7 +166,7 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   mirror_.for_each_contact(query_.detect(pairs), [&](const MemberContact& found) {
     if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
     if (is_of_unanswered_link(found)) return;
-    if (released_ != nullptr && released_->has_one_of(found)) return;
+    if (moves_out(found)) return;
     if (is_released(found)) {
       ++excepted;
       tangled_.add(found.contact, TangleReason::start);

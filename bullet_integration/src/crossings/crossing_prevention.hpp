@@ -72,6 +72,7 @@ class CrossingPrevention {
 
  private:
   bool is_released(const MemberContact& found) const;
+  bool moves_out(const MemberContact& found) const;
   bool is_of_unanswered_link(const MemberContact& found) const;
   bool may_stay(const MemberContact& found) const;
   bool require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step);

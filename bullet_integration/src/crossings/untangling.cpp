@@ -18,10 +18,6 @@ namespace {
 
 using Member = WorldMirror::Member;
 
-Vec3d start_of_node(const CrossingsOfKind& kind, const Member& member, std::uint32_t node) {
-  return to_doubles(member.body->m_nodes[static_cast<int>(node)].*start_of(kind.ends, *member.body));
-}
-
 /// The bounds of a body at the start of a step.
 struct StartBox {
   btVector3 low, high;
@@ -134,8 +130,14 @@ struct CurveSide {
 }  // namespace
 
 Untangling::Untangling(const CrossingsOfKind& kind, WorldMirror& mirror, const Settings& settings)
-    : kind_(kind), mirror_(mirror), settings_(settings), probe_(mirror.scene(), {StepEnd::t0}) {
+    : kind_(kind), mirror_(mirror), settings_(settings) {
   follow_settings();
+}
+
+/// Makes the probe when it is first needed: most worlds do not untangle.
+Probe& Untangling::probe() {
+  if (!probe_) probe_.emplace(mirror_.scene(), ProbeOptions{StepEnd::t0});
+  return *probe_;
 }
 
 void Untangling::follow_settings() {
@@ -143,11 +145,20 @@ void Untangling::follow_settings() {
   if (!problem.empty()) throw InvalidInput(problem + ".");
 }
 
-void Untangling::clear() {
-  known_.clear();
+void Untangling::begin_step() {
   pairs_.clear();
   nodes_.clear();
   ways_.clear();
+  parts_.clear();
+  ++step_;
+}
+
+void Untangling::clear() {
+  begin_step();
+  known_.clear();
+  known_in_meshes_.clear();
+  near_.clear();
+  step_ = 0;
 }
 
 bool Untangling::moves(const btSoftBody& body) const {
@@ -164,10 +175,7 @@ void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule) {
     present.push_back(body);
     has_news |= mirror_.member(*body).topology_changed;
   }
-  if (step_++ % kStepsBetweenSearches == 0 || has_news) search({present.data(), present.size()}, rule);
-  pairs_.clear();
-  nodes_.clear();
-  ways_.clear();
+  if (is_search_step() || has_news) search({present.data(), present.size()}, rule);
   std::vector<Pair> known;
   std::swap(known, known_);
   for (const Pair& pair : known) {
@@ -175,11 +183,94 @@ void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule) {
     const Member* const b = mirror_.find(pair.bodies.b);
     if (a == nullptr || b == nullptr || !mirror_.has(*a->body) || !mirror_.has(*b->body)) continue;
     if (a == b ? !a->settings.self_collision : !rule(*a->body, *b->body)) continue;
-    find_ways(pair);
+    find_ways(pair, known_);
   }
 }
 
-/// Finds the pairs that intersect. Those that are known keep their number of steps.
+bool Untangling::search_in_meshes(Span<const NearRigidPart> near_parts) {
+  BT_PROFILE("softcd untangling");
+  std::vector<ProbeBodies> candidates;
+  std::vector<std::pair<BodyId, BodyId>> near;
+  for (const NearRigidPart& each : near_parts) {
+    const Member& soft = mirror_.member(*each.soft);
+    if (soft.mesh.face_count == 0) continue;
+    if (soft.settings.kinematic && each.object->isStaticOrKinematicObject()) continue;
+    near.emplace_back(soft.id, each.part);
+    const bool is_new = std::find(near_.begin(), near_.end(), near.back()) == near_.end();
+    if (is_new || soft.topology_changed || is_search_step()) candidates.push_back({soft.id, each.part});
+  }
+  near_ = std::move(near);
+  const std::size_t known_before = known_in_meshes_.size();
+  search({candidates.data(), candidates.size()}, known_in_meshes_);
+  return known_in_meshes_.size() > known_before;
+}
+
+void Untangling::find_in_meshes(Span<const NearRigidPart> near_parts) {
+  if (known_in_meshes_.empty()) return;
+  BT_PROFILE("softcd untangling");
+  for (const NearRigidPart& each : near_parts) parts_.emplace(each.part.value, each);
+  std::vector<Pair> known;
+  std::swap(known, known_in_meshes_);
+  for (const Pair& pair : known) {
+    if (std::find(near_.begin(), near_.end(), std::pair(pair.bodies.a, pair.bodies.b)) == near_.end()) continue;
+    find_ways(pair, known_in_meshes_);
+  }
+}
+
+bool Untangling::knows(const btSoftBody& soft, BodyId part) const {
+  return std::any_of(known_in_meshes_.begin(), known_in_meshes_.end(), [&](const Pair& pair) {
+    const Member* const member = mirror_.find(pair.bodies.a);
+    return member != nullptr && member->body == &soft && pair.bodies.b == part;
+  });
+}
+
+const NearRigidPart* Untangling::find_part(BodyId id) const {
+  const auto known = parts_.find(id.value);
+  return known == parts_.end() ? nullptr : &known->second;
+}
+
+const btCollisionObject& Untangling::object_of(BodyId id) const {
+  const NearRigidPart* const part = find_part(id);
+  return part != nullptr ? *part->object : *mirror_.member(id).body;
+}
+
+btScalar Untangling::margin_of(BodyId id) const {
+  const NearRigidPart* const part = find_part(id);
+  return part != nullptr ? part->margin : btScalar(mirror_.member(id).settings.margin);
+}
+
+Triangle Untangling::corners_of(BodyId id, std::uint32_t triangle) const {
+  const NearRigidPart* const part = find_part(id);
+  return part != nullptr ? part->shape->triangles()[triangle] : mirror_.member(id).mesh.corners(triangle);
+}
+
+Vec3d Untangling::start_of_node(BodyId id, std::uint32_t node) const {
+  if (const NearRigidPart* const part = find_part(id)) return part->shape->x_t0()[node];
+  const btSoftBody& body = *mirror_.member(id).body;
+  return to_doubles(body.m_nodes[static_cast<int>(node)].*start_of(kind_.ends, body));
+}
+
+/// Releases a node from contacts with the other body. Vertices of meshes have no contacts of their own.
+void Untangling::release(BodyId id, std::uint32_t node, BodyId other) {
+  if (find_part(id) != nullptr) return;
+  nodes_.add(mirror_.member(id).body->m_nodes[static_cast<int>(node)], object_of(other));
+}
+
+/// Adds the way, with the ends at vertices of a mesh as one end of its object.
+void Untangling::add_way(WayOut way) {
+  std::erase_if(way.ends, [&](const WayOut::End& end) {
+    const NearRigidPart* const part = find_part(end.body);
+    if (part == nullptr) return false;
+    way.rigid.object = part->object;
+    const btVector3 start = to_bullet(part->shape->x_t0()[end.node]);
+    const btVector3 motion = to_bullet(part->shape->x_t1()[end.node]) - start;
+    way.rigid.add(end.direction, start - part->object->getWorldTransform().getOrigin(), motion);
+    return true;
+  });
+  ways_.push_back(std::move(way));
+}
+
+/// Finds the pairs of soft bodies that intersect.
 void Untangling::search(Span<btSoftBody* const> bodies, const PairRule& rule) {
   std::vector<StartBox> boxes;
   for (const btSoftBody* body : bodies) boxes.push_back(box_at_start(kind_, *body));
@@ -193,34 +284,38 @@ void Untangling::search(Span<btSoftBody* const> bodies, const PairRule& rule) {
       if (overlap(boxes[i], boxes[j]) && rule(*a.body, *b.body)) candidates.push_back({a.id, b.id});
     }
   }
-  if (candidates.empty()) return;
-  const AnswerLists<TriangleIntersection> found = probe_.intersections({candidates.data(), candidates.size()});
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const ProbeBodies& bodies_of_pair = candidates[i];
-    const bool is_known = std::any_of(known_.begin(), known_.end(), [&](const Pair& pair) {
-      return pair.bodies.a == bodies_of_pair.a && pair.bodies.b == bodies_of_pair.b;
+  search({candidates.data(), candidates.size()}, known_);
+}
+
+/// Adds the candidates that intersect. Those that are known keep their number of steps.
+void Untangling::search(Span<const ProbeBodies> candidates, std::vector<Pair>& known) {
+  const std::size_t known_before = known.size();
+  for (const ProbeBodies& bodies : candidates) {
+    const bool is_known = std::any_of(known.begin(), known.end(), [&](const Pair& pair) {
+      return pair.bodies.a == bodies.a && pair.bodies.b == bodies.b;
     });
-    if (!is_known && !found[i].empty()) known_.push_back({bodies_of_pair});
+    if (!is_known && probe().has_intersections(bodies)) known.push_back({bodies});
   }
-  std::sort(known_.begin(), known_.end(), [](const Pair& a, const Pair& b) {
+  if (known.size() == known_before) return;
+  std::sort(known.begin(), known.end(), [](const Pair& a, const Pair& b) {
     return std::pair(a.bodies.a.value, a.bodies.b.value) < std::pair(b.bodies.a.value, b.bodies.b.value);
   });
 }
 
 /// Finds the ways out of a pair that is known to have intersected, and notes the pair if it still does. A body that is
 /// inside another one without a curve stays there.
-void Untangling::find_ways(Pair pair) {
-  const IntersectionRegions found = probe_.intersection_regions(pair.bodies);
+void Untangling::find_ways(Pair pair, std::vector<Pair>& known) {
+  const IntersectionRegions found = probe().intersection_regions(pair.bodies);
   if (found.curves.empty()) {
     if (++pair.clean_steps < kStepsBetweenSearches) {
-      known_.push_back(pair);
+      known.push_back(pair);
     } else {
       note_end(pair);
     }
     return;
   }
-  known_.push_back({pair.bodies, pair.steps + 1});
-  IntersectingBodies noted{mirror_.member(pair.bodies.a).body, mirror_.member(pair.bodies.b).body};
+  known.push_back({pair.bodies, pair.steps + 1});
+  IntersectingBodies noted{mirror_.member(pair.bodies.a).body, &object_of(pair.bodies.b)};
   noted.steps = pair.steps + 1;
   noted.regions = static_cast<std::uint32_t>(found.regions.size());
   for (const IntersectionCurve& curve : found.curves) noted.curve_length += curve.length;
@@ -230,25 +325,25 @@ void Untangling::find_ways(Pair pair) {
   const RegionChoice choice(found);
   std::map<std::uint32_t, std::vector<std::pair<WayOut, ProbePoint>>> to_body;
   for (const IntersectionRegion* region : choice.regions()) {
-    const Member& member = mirror_.member(region->body);
-    const Member& other = mirror_.member(region->other);
     for (std::uint32_t i = 0; i < region->triangle_count; ++i) {
-      const Triangle triangle = member.mesh.corners(found.triangles[region->first_triangle + i]);
-      for (const std::uint32_t v : triangle.v) nodes_.add(member.body->m_nodes[static_cast<int>(v)], *other.body);
+      const Triangle triangle = corners_of(region->body, found.triangles[region->first_triangle + i]);
+      for (const std::uint32_t v : triangle.v) release(region->body, v, region->other);
     }
-    const btScalar margin = member.settings.margin + other.settings.margin;
+    const btScalar margin = margin_of(region->body) + margin_of(region->other);
     for (std::uint32_t i = 0; i < region->vertex_count; ++i) {
       const RegionVertex& vertex = found.vertices[region->first_vertex + i];
-      const Vec3d target = start_of_node(kind_, member, vertex.vertex) + vertex.distance * vertex.direction;
-      WayOut way{{{member.id, vertex.vertex, to_bullet(vertex.direction)}}, btScalar(vertex.distance) + margin};
-      to_body[other.id.value].push_back({way, {target}});
+      const Vec3d target = start_of_node(region->body, vertex.vertex) + vertex.distance * vertex.direction;
+      WayOut way;
+      way.ends.push_back({region->body, vertex.vertex, to_bullet(vertex.direction)});
+      way.distance = btScalar(vertex.distance) + margin;
+      to_body[region->other.value].push_back({way, {target}});
     }
   }
   for (std::uint32_t curve = 0; curve < found.curves.size(); ++curve) {
     if (choice.has_way(curve)) continue;
     WayOut way = way_of_gradient(found, curve);
     if (way.ends.empty()) way = way_of_edges(found, found.curves[curve]);
-    if (normalize(way)) ways_.push_back(way);
+    if (normalize(way)) add_way(way);
   }
   // From here on `found` is no longer valid.
   for (const auto& [id, ways] : to_body) lead_to_faces(BodyId{id}, ways);
@@ -258,21 +353,22 @@ void Untangling::lead_to_faces(BodyId other, const std::vector<std::pair<WayOut,
   std::vector<ProbePoint> points;
   points.reserve(ways.size());
   for (const auto& [way, point] : ways) points.push_back(point);
-  probe_.set_body_filter([other](BodyId body) { return body == other; });
-  const Span<const ClosestPoint> closest = probe_.closest_points({points.data(), points.size()});
-  probe_.set_body_filter({});
-  const Member& member = mirror_.member(other);
+  probe().set_body_filter([other](BodyId body) { return body == other; });
+  const Span<const ClosestPoint> closest = probe().closest_points({points.data(), points.size()});
+  probe().set_body_filter({});
+  const bool is_rigid = find_part(other) != nullptr;
   for (std::size_t i = 0; i < ways.size(); ++i) {
     WayOut way = ways[i].first;
     const WayOut::End first = way.ends.front();
-    if (!closest[i].has_point() || closest[i].triangle >= member.mesh.face_count) continue;
-    const Triangle triangle = member.mesh.corners(closest[i].triangle);
+    if (!closest[i].has_point()) continue;
+    if (!is_rigid && closest[i].triangle >= mirror_.member(other).mesh.face_count) continue;
+    const Triangle triangle = corners_of(other, closest[i].triangle);
     if (first.body == other && has_vertex(triangle, first.node)) continue;
     for (int corner = 0; corner < 3; ++corner) {
       const btScalar weight = btScalar(closest[i].weights[corner]);
       way.ends.push_back({other, triangle.v[corner], -weight * first.direction});
     }
-    if (first.direction.length2() > 0) ways_.push_back(way);
+    if (first.direction.length2() > 0) add_way(way);
   }
 }
 
@@ -289,21 +385,20 @@ WayOut Untangling::way_of_edges(const IntersectionRegions& found, const Intersec
     CurveSide& side = sides[is_first ? 0 : 1];
     side.sum = side.sum + point.position;
     ++side.count;
-    const Member& member = mirror_.member(point.edge_body);
-    const Vec3d from = start_of_node(kind_, member, point.edge[0]);
-    const Vec3d along = start_of_node(kind_, member, point.edge[1]) - from;
+    const BodyId body = point.edge_body;
+    const Vec3d from = start_of_node(body, point.edge[0]);
+    const Vec3d along = start_of_node(body, point.edge[1]) - from;
     const double squared = squared_norm(along);
     const double share = squared > 0 ? std::clamp(dot(point.position - from, along) / squared, 0.0, 1.0) : 0.5;
-    side.weights[{member.id.value, point.edge[0]}] += 1 - share;
-    side.weights[{member.id.value, point.edge[1]}] += share;
+    side.weights[{body.value, point.edge[0]}] += 1 - share;
+    side.weights[{body.value, point.edge[1]}] += share;
   }
   if (sides[0].count == 0 || sides[1].count == 0) return {};
   const Vec3d offset = (1.0 / double(sides[1].count)) * sides[1].sum - (1.0 / double(sides[0].count)) * sides[0].sum;
   const double distance = std::sqrt(squared_norm(offset));
   if (!(distance > 0)) return {};
   WayOut way;
-  way.distance =
-      btScalar(distance) + mirror_.member(curve.body_a).settings.margin + mirror_.member(curve.body_b).settings.margin;
+  way.distance = btScalar(distance) + margin_of(curve.body_a) + margin_of(curve.body_b);
   for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
     const double scale = (i == 0 ? 1 : -1) / (distance * double(sides[i].count));
     for (const auto& [node, weight] : sides[i].weights) {
@@ -316,32 +411,34 @@ WayOut Untangling::way_of_edges(const IntersectionRegions& found, const Intersec
 /// Releases the nodes of the edges and triangles along the curves.
 void Untangling::release_curves(const IntersectionRegions& found) {
   for (const CurvePoint& point : found.points) {
-    const Member& a = mirror_.member(point.edge_body);
-    const Member& b = mirror_.member(point.triangle_body);
-    for (const std::uint32_t v : point.edge) nodes_.add(a.body->m_nodes[static_cast<int>(v)], *b.body);
-    const Triangle triangle = b.mesh.corners(point.triangle);
-    for (const std::uint32_t v : triangle.v) nodes_.add(b.body->m_nodes[static_cast<int>(v)], *a.body);
+    for (const std::uint32_t v : point.edge) release(point.edge_body, v, point.triangle_body);
+    const Triangle triangle = corners_of(point.triangle_body, point.triangle);
+    for (const std::uint32_t v : triangle.v) release(point.triangle_body, v, point.edge_body);
   }
 }
 
 void Untangling::note_end(const Pair& pair) const {
   if (pair.steps == 0 || !settings_.log) return;  // triangles only touched
+  const char* bodies = "two soft bodies";
+  if (pair.bodies.a == pair.bodies.b) bodies = "a soft body";
+  if (find_part(pair.bodies.b) != nullptr) bodies = "a soft body and a rigid mesh";
   settings_.log(LogLevel::information,
-                "untangling: " + std::string(pair.bodies.a == pair.bodies.b ? "a soft body" : "two soft bodies") +
-                    " came apart after " + std::to_string(pair.steps) + " steps");
+                std::string("untangling: ") + bodies + " came apart after " + std::to_string(pair.steps) + " steps");
 }
 
-void Untangling::move(btScalar time_step) {
+void Untangling::move(const btCollisionObjectArray& objects, btScalar time_step) {
   if (pairs_.empty()) return;
   BT_PROFILE("softcd untangling");
-  NodesOnWaysOut(kind_, mirror_).move(ways_, btScalar(settings_.untangle_speed) * time_step, time_step);
-  for (const Pair& pair : known_) {
-    if (pair.clean_steps > 0) continue;
-    for (const BodyId id : {pair.bodies.a, pair.bodies.b}) {
-      const Member* const member = mirror_.find(id);
-      if (member == nullptr) continue;
-      kind_.set_out(*member->body, time_step);
-      member->body->activate();
+  NodesOnWaysOut(kind_, mirror_, objects).move(ways_, btScalar(settings_.untangle_speed) * time_step, time_step);
+  for (const std::vector<Pair>* known : {&known_, &known_in_meshes_}) {
+    for (const Pair& pair : *known) {
+      if (pair.clean_steps > 0) continue;
+      for (const BodyId id : {pair.bodies.a, pair.bodies.b}) {
+        const Member* const member = mirror_.find(id);
+        if (member == nullptr) continue;
+        kind_.set_out(*member->body, time_step);
+        member->body->activate();
+      }
     }
   }
 }

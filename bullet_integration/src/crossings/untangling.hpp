@@ -2,18 +2,21 @@
 
 #include <cstdint>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "bodies/guarded.hpp"
 #include "contacts/tangles.hpp"
 #include "crossings/way_out.hpp"
+#include "rigid/rigid_parts.hpp"
 #include "softcd/bullet/world_detection.hpp"
 
 namespace softcd::bullet {
 
-/// Moves intersecting soft bodies apart (Settings::untangle). At the start of a step, find() asks for the regions of
-/// their surfaces on the wrong side; see Probe::intersection_regions(). Contacts and prevention of crossings then
+/// Moves soft bodies apart that intersect each other, themselves or rigid triangle meshes (Settings::untangle). At the
+/// start of a step, find() and find_in_meshes() ask for the regions of their surfaces on the wrong side; see
+/// Probe::intersection_regions(). Contacts and prevention of crossings then
 /// release the nodes at them, because these would keep the nodes where they are. At the end, move() moves the nodes.
 ///
 /// Pairs of bodies are searched when a body is new or has other faces, and in one step of kStepsBetweenSearches. In
@@ -34,13 +37,21 @@ class Untangling {
   void follow_settings();
   std::vector<StageReport> explain() const { return {}; }
 
+  /// Forgets the regions of the last step.
+  void begin_step();
   /// Finds the regions of the bodies that are in the mirror, at the step's start. Pairs are those of the rule, and
   /// bodies that collide with themselves.
   void find(Span<btSoftBody* const> bodies, const PairRule& rule);
-  /// Forgets the regions.
+  /// Searches for pairs that intersect. Returns whether it has found new ones, whose meshes must be read wholly.
+  bool search_in_meshes(Span<const NearRigidPart> near_parts);
+  /// Finds the regions of these pairs. Their meshes are read wholly, because only a whole mesh can be closed.
+  void find_in_meshes(Span<const NearRigidPart> near_parts);
+  /// Returns whether the pair intersects, or did so lately.
+  bool knows(const btSoftBody& soft, BodyId part) const;
+  /// Forgets the regions and the pairs.
   void clear();
-  /// Moves the nodes, and keeps their bodies awake.
-  void move(btScalar time_step);
+  /// Moves nodes and rigid bodies, and keeps them awake. `objects` are the world's.
+  void move(const btCollisionObjectArray& objects, btScalar time_step);
 
   /// Returns whether move() changes the body.
   bool moves(const btSoftBody& body) const;
@@ -56,8 +67,18 @@ class Untangling {
     std::uint64_t clean_steps = 0;  ///< since then
   };
 
+  Probe& probe();
+  bool is_search_step() const { return step_ % kStepsBetweenSearches == 1; }
   void search(Span<btSoftBody* const> bodies, const PairRule& rule);
-  void find_ways(Pair pair);
+  void search(Span<const ProbeBodies> candidates, std::vector<Pair>& known);
+  void find_ways(Pair pair, std::vector<Pair>& known);
+  void add_way(WayOut way);
+  const NearRigidPart* find_part(BodyId id) const;
+  const btCollisionObject& object_of(BodyId id) const;
+  btScalar margin_of(BodyId id) const;
+  Triangle corners_of(BodyId id, std::uint32_t triangle) const;
+  Vec3d start_of_node(BodyId id, std::uint32_t node) const;
+  void release(BodyId id, std::uint32_t node, BodyId other);
   void lead_to_faces(BodyId other, const std::vector<std::pair<WayOut, ProbePoint>>& ways);
   WayOut way_of_edges(const IntersectionRegions& found, const IntersectionCurve& curve) const;
   void release_curves(const IntersectionRegions& found);
@@ -66,9 +87,12 @@ class Untangling {
   const CrossingsOfKind& kind_;
   WorldMirror& mirror_;
   const Settings& settings_;
-  Probe probe_;
+  std::optional<Probe> probe_;
   std::uint64_t step_ = 0;
-  std::vector<Pair> known_;  ///< by ids
+  std::vector<Pair> known_;                                 ///< of soft bodies, by ids
+  std::vector<Pair> known_in_meshes_;                       ///< of a soft body and a part of a mesh, by ids
+  std::vector<std::pair<BodyId, BodyId>> near_;             ///< soft bodies and parts that are searched already
+  std::unordered_map<std::uint32_t, NearRigidPart> parts_;  ///< of this step, by ids
   std::vector<IntersectingBodies> pairs_;
   TangledNodes nodes_;
   std::vector<WayOut> ways_;

@@ -1,31 +1,49 @@
 #pragma once
 
+#include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
 #include "bodies/world_mirror.hpp"
 #include "crossings/crossings_of_kind.hpp"
 
+class btRigidBody;
+
 namespace softcd::bullet {
 
 /// A direction in which nodes of intersecting bodies move together, such as a node and the nodes of the face that it
-/// moves to. The directions add up to 0, so that equal impulses along them keep the momentum.
+/// moves to. One side may be a rigid object. The directions add up to 0, so that equal impulses along them keep the
+/// momentum.
 struct WayOut {
   struct End {
     BodyId body;
     std::uint32_t node;
     btVector3 direction;  ///< times the node's weight; the longest of a way has length 1
   };
+  /// The sum of ends at points of a rigid object.
+  struct RigidEnd {
+    const btCollisionObject* object = nullptr;  ///< null if the way has none
+    btVector3 direction{0, 0, 0};
+    btVector3 turn{0, 0, 0};  ///< sum of arm x direction; arms begin at the object's centre
+    btScalar reach = 0;       ///< the longest arm
+    btScalar motion = 0;      ///< along the way, in the step without any response
+
+    void add(const btVector3& direction_at_point, const btVector3& arm, const btVector3& motion_of_point);
+  };
   std::vector<End> ends;
+  RigidEnd rigid;
   btScalar distance = 0;  ///< sum of direction * motion over the ends with which the bodies are apart
 };
 
-/// Changes the nodes' ends of a step so that they go at least as far along each way as Settings::untangle_speed allows
-/// in the step, or to its end. An approach against the way stops like in an inelastic impact. The rest is a shift,
-/// which gives the nodes no velocity. Nodes that are massless, anchored or of sleeping bodies do not move.
+/// Changes the nodes' and rigid bodies' ends of a step so that they go at least as far along each way as
+/// Settings::untangle_speed allows in the step, or to its end. An approach against the way stops like in an inelastic
+/// impact. The rest is a shift, which gives no velocity. Nodes that are massless, anchored or of sleeping bodies do not
+/// move, nor do static and kinematic objects.
 class NodesOnWaysOut {
  public:
-  NodesOnWaysOut(const CrossingsOfKind& kind, const WorldMirror& mirror) : kind_(kind), mirror_(mirror) {}
+  /// `objects` are the world's.
+  NodesOnWaysOut(const CrossingsOfKind& kind, const WorldMirror& mirror, const btCollisionObjectArray& objects)
+      : kind_(kind), mirror_(mirror), objects_(objects) {}
 
   void move(const std::vector<WayOut>& ways, btScalar greatest_shift, btScalar time_step);
 
@@ -36,14 +54,31 @@ class NodesOnWaysOut {
     btVector3 start;
     btScalar inverse_mass;
   };
+  /// A rigid object with its changes of place. Static and kinematic ones, and links, have no body.
+  struct Rigid {
+    bool is_in_world = false;
+    btRigidBody* body = nullptr;
+    btVector3 shift{0, 0, 0}, turn{0, 0, 0};
+  };
+  /// The motion of a rigid end by an impulse of 1 along its way.
+  struct RigidResponse {
+    Rigid* rigid = nullptr;  ///< null if nothing moves
+    btVector3 linear{0, 0, 0}, angular{0, 0, 0};
+  };
   bool look_up(const WayOut& way);
   void hold_anchored(const btSoftBody& body);
+  Rigid& rigid_of(const btCollisionObject& object);
+  void move_along(const WayOut& way, btScalar greatest_shift, btScalar time_step);
+  void place_rigid_bodies();
 
   const CrossingsOfKind& kind_;
   const WorldMirror& mirror_;
+  const btCollisionObjectArray& objects_;
+  std::unordered_map<const btCollisionObject*, Rigid> rigid_;
   std::unordered_set<const btSoftBody*> seen_;
   std::unordered_set<const btSoftBody::Node*> anchored_;
   std::vector<Moved> moved_;  ///< of one way
+  RigidResponse response_;    ///< of the same way
 };
 
 }  // namespace softcd::bullet

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
 
@@ -39,13 +40,26 @@ bool RigidMesh::covers(const RigidBox& box) const {
 }
 
 bool RigidMesh::read(const btConcaveShape& shape, const std::vector<RigidBox>& boxes) {
-  if (!std::all_of(boxes.begin(), boxes.end(), [this](const RigidBox& box) { return covers(box); })) {
+  const auto is_covered = [this](const RigidBox& box) { return covers(box); };
+  if (std::exchange(is_whole_, false) || !std::all_of(boxes.begin(), boxes.end(), is_covered)) {
     regions_.clear();
     for (const RigidBox& box : boxes) {
       const btVector3 growth = (box.high - box.low) * kRegionGrowth;
       regions_.push_back({box.low - growth, box.high + growth});
     }
   }
+  return read_regions(shape);
+}
+
+bool RigidMesh::read_whole(const btConcaveShape& shape) {
+  RigidBox box;
+  shape.getAabb(btTransform::getIdentity(), box.low, box.high);
+  regions_ = {box};
+  is_whole_ = true;
+  return read_regions(shape);
+}
+
+bool RigidMesh::read_regions(const btConcaveShape& shape) {
   Corners found;
   for (const RigidBox& region : regions_) shape.processAllTriangles(&found, region.low, region.high);
   if (are_equal(found.corners, corners_)) return false;

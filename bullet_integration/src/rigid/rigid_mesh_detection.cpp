@@ -56,7 +56,8 @@ void RigidMeshDetection::follow_settings() {
   touches_.forget_notes();
 }
 
-void RigidMeshDetection::require_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step) {
+void RigidMeshDetection::require_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step,
+                                      const ReadsWhole& reads_whole) {
   const auto& shape = static_cast<const btConcaveShape&>(*std::get<1>(key));
   const RigidPoses poses = poses_of(*pairs[0].object, pairs[0].shape_in_object, time_step);
   const bool has_edges = holds_faces(kind_) || std::any_of(pairs.begin(), pairs.end(), [this](const RigidPair& pair) {
@@ -67,13 +68,20 @@ void RigidMeshDetection::require_mesh(const MeshKey& key, Span<const RigidPair> 
     const btScalar margin = pair.soft->getCollisionShape()->getMargin() + shape.getMargin();
     boxes.push_back(box_in_shape(swept_box(*pair.soft, margin), poses));
   }
-  const auto read = [&](RigidMesh& mesh) { return mesh.read(shape, boxes); };
+  const Meshes::Part* const known = meshes_.find(key);
+  const bool is_whole = known != nullptr && std::any_of(pairs.begin(), pairs.end(), [&](const RigidPair& pair) {
+                          return reads_whole(*pair.soft, known->id);
+                        });
+  const auto read = [&](RigidMesh& mesh) { return is_whole ? mesh.read_whole(shape) : mesh.read(shape, boxes); };
   const Meshes::Part& mesh = meshes_.require(key, *pairs[0].object, shape.getMargin(), has_edges, poses, read);
-  for (const RigidPair& pair : pairs) meshes_.want(mesh, *pair.soft);
+  for (const RigidPair& pair : pairs) {
+    meshes_.want(mesh, *pair.soft);
+    near_parts_.push_back({pair.soft, mesh.id, mesh.object, &mesh.shape, mesh.margin});
+  }
 }
 
-void RigidMeshDetection::find_contacts(std::vector<RigidPair> pairs, btScalar time_step) {
-  touches_.forget_notes();
+void RigidMeshDetection::read(std::vector<RigidPair> pairs, btScalar time_step, const ReadsWhole& reads_whole) {
+  near_parts_.clear();
   // Skips sleeping bodies: Bullet neither solves nor clears their contacts, which would pile up.
   std::erase_if(pairs, [](const RigidPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
   for (const RigidPair& pair : pairs) mirror_.require(*pair.soft, /*needs_way=*/true);
@@ -84,10 +92,16 @@ void RigidMeshDetection::find_contacts(std::vector<RigidPair> pairs, btScalar ti
     const MeshKey key = key_of(*begin);
     const auto end =
         std::stable_partition(begin, pairs.end(), [&](const RigidPair& pair) { return key_of(pair) == key; });
-    require_mesh(key, {&*begin, static_cast<std::size_t>(end - begin)}, time_step);
+    require_mesh(key, {&*begin, static_cast<std::size_t>(end - begin)}, time_step, reads_whole);
     begin = end;
   }
-  if (!meshes_.end_step()) return;
+  meshes_.end_step();
+}
+
+void RigidMeshDetection::find_contacts(const TangledNodes* released) {
+  touches_.forget_notes();
+  if (near_parts_.empty()) return;
+  released_ = released;
   find_touches();
   touches_.prepare_to_write(settings_.read_out != ReadOut::off);
   touches_.write();
@@ -100,6 +114,7 @@ void RigidMeshDetection::find_touches() {
   node_normals_.clear();
   node_touches_.clear();
   meshes_.for_each_contact(query_.detect(), [&](const MeshContact& found) {
+    if (is_released(found)) return;
     if (found.contact.kind == ContactKind::edge_edge) {
       find_edge_touch(found);
     } else if (found.is_part_a) {
@@ -119,6 +134,15 @@ void RigidMeshDetection::find_touches() {
   add_node_touches();
   add_corner_touches();
   add_edge_touches();
+}
+
+/// Returns whether a node of the soft body moves out of the object.
+bool RigidMeshDetection::is_released(const MeshContact& found) const {
+  if (released_ == nullptr || released_->empty()) return false;
+  const std::uint32_t* const begin = found.contact.vertices + found.first_of_soft();
+  return std::any_of(begin, begin + found.count_of_soft(), [&](std::uint32_t node) {
+    return released_->has(found.soft.body->m_nodes[static_cast<int>(node)], *found.part.object);
+  });
 }
 
 /// Adds the deepest touch in each distinct direction, of one node's touches with one mesh.

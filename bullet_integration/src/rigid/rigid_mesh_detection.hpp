@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "contacts/contacts_of_kind.hpp"
+#include "contacts/tangles.hpp"
 #include "rigid/rigid_mesh.hpp"
 #include "rigid/rigid_pairs.hpp"
 #include "rigid/rigid_parts.hpp"
@@ -29,9 +31,15 @@ class RigidMeshDetection {
   std::vector<StageReport> explain() const { return query_.explain(); }
   /// Returns notes on the contacts that the last find_contacts() wrote, if Settings::read_out is on.
   const ContactNotes& notes() const { return touches_.notes(); }
+  /// Reads the meshes of these pairs near their soft bodies. Reads a mesh wholly if `reads_whole` returns true for a
+  /// soft body and a part of the last step.
+  using ReadsWhole = std::function<bool(const btSoftBody&, BodyId part)>;
+  void read(std::vector<RigidPair> pairs, btScalar time_step, const ReadsWhole& reads_whole);
+  /// Returns the pairs of the last read().
+  Span<const NearRigidPart> near_parts() const { return {near_parts_.data(), near_parts_.size()}; }
   /// Appends the contacts of these pairs to the bodies' m_rcontacts (with SDF_RS), or to m_nodeRigidContacts and
-  /// m_faceRigidContacts (with SDF_RD and SDF_RDN, SDF_RDF).
-  void find_contacts(std::vector<RigidPair> pairs, btScalar time_step);
+  /// m_faceRigidContacts (with SDF_RD and SDF_RDN, SDF_RDF). Leaves out `released` nodes; null if there are none.
+  void find_contacts(const TangledNodes* released);
 
  private:
   struct NodeTouch {
@@ -52,7 +60,8 @@ class RigidMeshDetection {
   using Meshes = RigidParts<MeshKey, RigidMesh>;
   using MeshContact = RigidContact<Meshes::Part>;
 
-  void require_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step);
+  void require_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step, const ReadsWhole& reads_whole);
+  bool is_released(const MeshContact& found) const;
   void find_touches();
   void add_node_touches();
   void find_face_touch(const MeshContact& found);
@@ -67,6 +76,8 @@ class RigidMeshDetection {
   const Settings& settings_;
   Query query_;
   Meshes meshes_;
+  std::vector<NearRigidPart> near_parts_;
+  const TangledNodes* released_ = nullptr;               ///< in find_contacts()
   std::vector<NodeTouch> node_touches_;                  ///< of one node with one mesh
   std::vector<RigidTouches::FaceTouch> corner_touches_;  ///< corners of meshes on faces, in this step
   /// The touches of this step by the body's id, the edge, and the mesh's id.

@@ -27,6 +27,15 @@ bool any_simple_shape(const btCollisionShape& shape, const btTransform& place, V
   return false;
 }
 
+/// A part of RigidParts that a soft body may touch in a step.
+struct NearRigidPart {
+  btSoftBody* soft;
+  BodyId part;
+  const btCollisionObject* object;
+  const RigidShape* shape;  ///< valid until the part leaves the scene
+  btScalar margin;
+};
+
 /// A contact between a soft body and a part of RigidParts.
 template <class Part>
 struct RigidContact {
@@ -37,6 +46,7 @@ struct RigidContact {
 
   int first_of_part() const { return is_part_a ? 0 : count_a(); }
   int first_of_soft() const { return is_part_a ? count_a() : 0; }
+  int count_of_soft() const { return is_part_a ? 4 - count_a() : count_a(); }
 
   /// Returns the contact as a touch of the part by the soft body within `margin`.
   RigidTouch touch(btScalar margin) const {
@@ -102,6 +112,11 @@ class RigidParts {
       mirror_.scene().set_positions(part.id, part.shape.x_t0(), part.shape.x_t1());
     }
     return part;
+  }
+  /// Returns null for a key that the last step did not require.
+  const Part* find(const Key& key) const {
+    const auto known = parts_.find(key);
+    return known == parts_.end() ? nullptr : &known->second;
   }
   /// Makes the next query test this soft body against the part.
   void want(const Part& part, const btSoftBody& soft) {

@@ -1,5 +1,6 @@
 #include "softcd/bullet/dispatcher.hpp"
 
+#include <string>
 #include <utility>
 
 #include "worlds/world_queries.hpp"
@@ -58,17 +59,29 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
   if (ContactDetection* contacts = queries.contacts.get()) {
     contacts->hide_flags_of_endless_trees(broadphase_.soft_bodies());
   }
-  if (!std::exchange(queries.prevents_crossings_later, false)) warn_of_crossings();
+  if (!std::exchange(queries.prevents_crossings_later, false)) warn_of_missing_end();
 }
 
-void Dispatcher::warn_of_crossings() {
+/// Warns once of each part of softcd's step that comes after the solver.
+void Dispatcher::warn_of_missing_end() {
   const Settings& settings = detection_.settings();
-  if (settings.detection != Detection::ccd || !settings.log || std::exchange(has_warned_, true)) return;
-  settings.log(LogLevel::warning,
-               "continuous detection: a softcd::bullet::Dispatcher under a world of Bullet's own is not called after "
-               "the solver, so nodes that the solver moves through another surface still pass through it; to prevent "
-               "this make the world a softcd::bullet::SoftRigidDynamicsWorld or SoftMultiBodyDynamicsWorld, or use a "
-               "btCollisionDispatcher and softcd::bullet::attach (reported once)");
+  if (!settings.log) return;
+  constexpr const char* kRemedy =
+      "make the world a softcd::bullet::SoftRigidDynamicsWorld or SoftMultiBodyDynamicsWorld, or use a "
+      "btCollisionDispatcher and softcd::bullet::attach (reported once)";
+  if (settings.detection == Detection::ccd && !std::exchange(has_warned_of_crossings_, true)) {
+    settings.log(LogLevel::warning,
+                 std::string("continuous detection: a softcd::bullet::Dispatcher under a world of Bullet's own is not "
+                             "called after the solver, so nodes that the solver moves through another surface still "
+                             "pass through it; to prevent this ") +
+                     kRemedy);
+  }
+  if (settings.untangle && !std::exchange(has_warned_of_untangling_, true)) {
+    settings.log(LogLevel::warning,
+                 std::string("untangling: a softcd::bullet::Dispatcher under a world of Bullet's own is not called "
+                             "after the solver, so bodies that intersect stay as they are; to move them apart ") +
+                     kRemedy);
+  }
 }
 
 bool Dispatcher::serves(const btBroadphaseInterface& broadphase) const {

@@ -50,13 +50,7 @@ void WorldQueries::follow_settings() {
 bool WorldQueries::start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
   const WorldPairs pairs = pairs_of(gate);
   if (!contacts.run([&](ContactDetection& detection) { detection.read(bodies); })) return false;
-  untangling.run([&](Untangling& regions) {
-    if (settings_.untangle && prevents_crossings_later) {
-      regions.find(bodies, std::cref(pairs));
-    } else {
-      regions.clear();
-    }
-  });
+  if (untangles()) untangling.run([&](Untangling& regions) { regions.find(bodies, std::cref(pairs)); });
   return contacts.run([&](ContactDetection& detection) { detection.start(std::cref(pairs)); });
 }
 
@@ -72,18 +66,36 @@ void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bod
 void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate) {
   RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::mesh);
   restore_order(collected.pairs, gate);
-  const bool has_found = rigid_meshes.run([&](RigidMeshDetection& detection) {
+  const bool has_read = rigid_meshes.run([&](RigidMeshDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
+    read_meshes(detection, collected.pairs, gate.info().m_timeStep);
+  });
+  const bool has_found = has_read && rigid_meshes.run([&](RigidMeshDetection& detection) {
     for (const RigidPair& pair : collected.pairs) {
       near_meshes_.push_back(pair.soft);
       if (kind_.moves_rigid_bodies_first) late_impulses_.add_on_mesh(*pair.soft);
     }
     std::sort(near_meshes_.begin(), near_meshes_.end(), std::less<>());
-    detection.find_contacts(collected.pairs, gate.info().m_timeStep);
+    detection.find_contacts(released());
   });
   if (has_found) return;
   near_meshes_.clear();
   for (const RigidPair& pair : collected.pairs) process_natively(pair, dispatcher, gate.info());
+}
+
+/// Reads the meshes, and what Settings::untangle needs of them.
+void WorldQueries::read_meshes(RigidMeshDetection& detection, const std::vector<RigidPair>& pairs, btScalar time_step) {
+  const auto read = [&] {
+    detection.read(pairs, time_step, [this](const btSoftBody& soft, BodyId part) {
+      return untangling.get() != nullptr && untangling.get()->knows(soft, part);
+    });
+  };
+  read();
+  if (!untangles()) return;
+  bool has_new_pairs = false;
+  untangling.run([&](Untangling& regions) { has_new_pairs = regions.search_in_meshes(detection.near_parts()); });
+  if (has_new_pairs) read();
+  untangling.run([&](Untangling& regions) { regions.find_in_meshes(detection.near_parts()); });
 }
 
 void WorldQueries::find_convex_contacts(const PairGate& gate) {
@@ -115,7 +127,7 @@ bool WorldQueries::prevents_crossings(const btSoftBody& body) const {
 
 void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects,
                                      const PairGate& gate, btScalar time_step) {
-  if (settings_.untangle) untangling.run([&](Untangling& regions) { regions.move(time_step); });
+  if (settings_.untangle) untangling.run([&](Untangling& regions) { regions.move(objects, time_step); });
   if (!prevents_crossings()) return;
   Surroundings surroundings;
   if (settings_.rigid_meshes) {

@@ -95,6 +95,7 @@ class WorldQueries {
   /// Call it before process_rigid_pairs() if that is not called by process_pairs().
   void begin_step(Span<btSoftBody* const> bodies) {
     near_meshes_.clear();
+    if (untangling.get() != nullptr) untangles() ? untangling.get()->begin_step() : untangling.get()->clear();
     mirror_.begin_step(bodies, proxies());
   }
   /// Call it before prevent_crossings() if the app could change the world in between.
@@ -126,10 +127,12 @@ class WorldQueries {
     return crossings.get() != nullptr ? crossings.get()->proxies() : Span<btSoftBody* const>();
   }
   bool prevents_crossings() const { return settings_.detection == Detection::ccd || settings_.rigid_meshes; }
+  bool untangles() const { return settings_.untangle && prevents_crossings_later; }
   WorldPairs pairs_of(const PairGate& gate) const { return {kind_.contacts, gate, settings_}; }
   const TangledNodes* released() const { return untangling.get() != nullptr ? &untangling.get()->nodes() : nullptr; }
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);
   void finish_contacts(bool has_started, Span<btSoftBody* const> bodies, const PairGate& gate);
+  void read_meshes(RigidMeshDetection& detection, const std::vector<RigidPair>& pairs, btScalar time_step);
   void find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate);
   void find_convex_contacts(const PairGate& gate);
 

@@ -21,8 +21,8 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// Prefer the worlds of soft_worlds.hpp, or attach() for a world of Bullet's own class: Bullet calls a dispatcher
 /// neither around its prediction nor after its solver. Three flaws of Bullet therefore remain here. It updates every
 /// body's node tree. It builds a face tree after each change of topology or of a mass, in time quadratic in the faces,
-/// and never finishes if the change splits a body. And with Detection::ccd the solver may move nodes through faces; the
-/// log says so once.
+/// and never finishes if the change splits a body. And nothing follows the solver: with Detection::ccd it may move
+/// nodes through faces, and Settings::untangle has no effect; the log says each once.
 ///
 /// Bullet would never finish the face tree of a body in several parts, either: common edges do not connect all its
 /// faces, or links not all its nodes. Where a body is like that when pairs are dispatched, softcd gives it a face tree
@@ -45,12 +45,12 @@ class SOFTCD_EXPORT Dispatcher : public btCollisionDispatcher {
   bool serves(const btBroadphaseInterface& broadphase) const;
 
  private:
-  void warn_of_crossings();
+  void warn_of_missing_end();
 
   Broadphase& broadphase_;
   std::weak_ptr<Broadphase> living_broadphase_;  ///< apps delete the two in either order
   WorldDetection detection_;
-  bool has_warned_ = false;
+  bool has_warned_of_crossings_ = false, has_warned_of_untangling_ = false;
 };
 
 }  // namespace SOFTCD_VERSION_NAMESPACE

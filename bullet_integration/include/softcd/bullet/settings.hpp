@@ -110,9 +110,10 @@ struct Settings {
   /// nodes that are too fast. Not for planes, ghost objects and soft bodies without faces. docs/use/bullet.md says how
   /// it works and what it does not prevent.
   ConvexShapes convex_shapes = ConvexShapes::nodes;
-  /// Whether soft bodies that intersect, or intersect themselves, are moved apart. Parts on the wrong side then get no
-  /// contacts with what they intersect. A closed body that is inside another one without touching it stays there. Not
-  /// for rigid bodies, nor in a Dispatcher under a world of Bullet's own class. docs/use/bullet.md says how it works.
+  /// Whether soft bodies that intersect each other, themselves or rigid triangle meshes (`rigid_meshes`) are moved
+  /// apart. Parts on the wrong side then get no contacts with what they intersect. A closed body that is inside another
+  /// one without touching it stays there. Not for convex shapes, nor in a Dispatcher under a world of Bullet's own
+  /// class. docs/use/bullet.md says how it works.
   bool untangle = false;
   float untangle_speed = 1;  ///< greatest speed, m/s, at which `untangle` moves a node; above 0
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback apply to pairs of soft

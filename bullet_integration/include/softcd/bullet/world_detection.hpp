@@ -59,10 +59,10 @@ struct CrossingAnswers {
   double momentum[3] = {};
 };
 
-/// Two soft bodies that intersect, or one that intersects itself, and that Settings::untangle moves apart.
+/// Two bodies that intersect, or a soft body that intersects itself, and that Settings::untangle moves apart.
 struct IntersectingBodies {
-  btSoftBody* a = nullptr;    ///< a body of the world
-  btSoftBody* b = nullptr;    ///< another one, or the same
+  btSoftBody* a = nullptr;               ///< a soft body of the world
+  const btCollisionObject* b = nullptr;  ///< another one, the same, or a rigid object with a triangle mesh
   std::uint32_t regions = 0;  ///< parts of both surfaces on the wrong side, see Probe::intersection_regions()
   std::uint64_t steps = 0;    ///< steps since the intersection was found, this one included
   double curve_length = 0;    ///< of all curves along which the surfaces intersect, in the positions' unit
