@@ -44,7 +44,7 @@ def to_triangle(p: wp.vec3, x0: wp.vec3, x1: wp.vec3, x2: wp.vec3):
 
 @wp.kernel
 def near_faces(
-    mesh: wp.uint64, vertices: int, reach: float, counts: wp.array(dtype=wp.int32), found: wp.array2d(dtype=wp.int32)
+    mesh: wp.uint64, vertices: int, reach: float, counts: wp.array[wp.int32], found: wp.array2d[wp.int32]
 ):
     vertex = wp.tid()
     m = wp.mesh_get(mesh)

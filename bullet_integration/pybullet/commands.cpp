@@ -73,7 +73,14 @@ std::string edge_contacts(const Call& call) {
   if (call.detection().settings().edge_contacts == EdgeContacts::off) {
     throw InvalidInput("edge_contacts: the setting is 'off'; attach with edge_contacts='report' or 'respond'.");
   }
-  return bytes_of_edge_contacts(call.detection().edge_contacts());
+  return bytes_of_edge_contacts(call.detection().edge_contacts(), call.world());
+}
+
+std::string intersecting_bodies(const Call& call) {
+  if (!call.detection().settings().untangle) {
+    throw InvalidInput("intersecting_bodies: untangle is False; attach with untangle=True.");
+  }
+  return bytes_of_intersecting_bodies(call.detection().intersecting_bodies(), call.world());
 }
 
 std::string set_filters(const Call& call) {
@@ -151,6 +158,7 @@ const std::map<std::string, Command>& commands() {
       {"contacts", contacts},
       {"impulses", impulses},
       {"edge_contacts", edge_contacts},
+      {"intersecting_bodies", intersecting_bodies},
       {"set_filters", set_filters},
       {"detach", silent([](const Call& call) { call.session.detach(); })},
       {"input", input},

@@ -24,6 +24,7 @@ namespace softcd::bullet::pybullet {
 ///                                       bytes_of_contacts()
 ///     impulses                          finishes the step, then see ImpulseSums::take()
 ///     edge_contacts                     see bytes_of_edge_contacts()
+///     intersecting_bodies               see bytes_of_intersecting_bodies()
 ///     set_filters BODY RINGS DISTANCE   a VertexFilter for each node as input, or none
 ///     detach
 ///     input [new]                       appends to the session's input, or begins a new one

@@ -60,6 +60,26 @@ struct EdgeContactRecord {
 };
 static_assert(sizeof(EdgeContactRecord) == 80);
 
+struct IntersectingBodiesRecord {
+  std::int32_t body_a, body_b;
+  std::uint32_t regions;
+  std::uint64_t steps;
+  double curve_length;
+};
+static_assert(sizeof(IntersectingBodiesRecord) == 32);
+
+/// The world's soft bodies. Recognizes pointers to bodies that it has deleted.
+class BodiesInWorld {
+ public:
+  explicit BodiesInWorld(const btDynamicsWorld& world) : bodies_(soft_bodies_of(world)) {
+    std::sort(bodies_.begin(), bodies_.end());
+  }
+  bool have(const btSoftBody* body) const { return std::binary_search(bodies_.begin(), bodies_.end(), body); }
+
+ private:
+  std::vector<btSoftBody*> bodies_;
+};
+
 Vector vector(const btVector3& v) {
   return {v.x(), v.y(), v.z()};
 }
@@ -131,12 +151,24 @@ std::string bytes_of_contacts(const std::vector<BodyPairContacts>& pairs, double
   return bytes_of(counts) + bytes_of(records) + bytes_of(contacts) + bytes_of(ended);
 }
 
-std::string bytes_of_edge_contacts(const std::vector<EdgeContact>& contacts) {
+std::string bytes_of_edge_contacts(const std::vector<EdgeContact>& contacts, const btDynamicsWorld& world) {
+  const BodiesInWorld bodies(world);
   std::vector<EdgeContactRecord> records;
   records.reserve(contacts.size());
   for (const EdgeContact& contact : contacts) {
+    if (!bodies.have(contact.a.body) || !bodies.have(contact.b.body)) continue;
     records.push_back(
         {record(contact.a), record(contact.b), vector(contact.normal), contact.distance, contact.time_of_impact});
+  }
+  return bytes_of(records);
+}
+
+std::string bytes_of_intersecting_bodies(const std::vector<IntersectingBodies>& pairs, const btDynamicsWorld& world) {
+  const BodiesInWorld bodies(world);
+  std::vector<IntersectingBodiesRecord> records;
+  for (const IntersectingBodies& pair : pairs) {
+    if (!bodies.have(pair.a) || !bodies.have(pair.b)) continue;
+    records.push_back({ids_of(pair.a).body, ids_of(pair.b).body, pair.regions, pair.steps, pair.curve_length});
   }
   return bytes_of(records);
 }

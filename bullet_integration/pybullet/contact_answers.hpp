@@ -1,10 +1,13 @@
 #pragma once
 
+#include <BulletDynamics/Dynamics/btDynamicsWorld.h>
+
 #include <string>
 #include <vector>
 
 #include "softcd/bullet/body_contacts.hpp"
 #include "softcd/bullet/edge_contact.hpp"
+#include "softcd/bullet/world_detection.hpp"
 
 /// A step's contacts as bytes, with PyBullet's ids of bodies. python/softcd/_bullet_contacts.py has the same structs.
 namespace softcd::bullet::pybullet {
@@ -14,7 +17,10 @@ namespace softcd::bullet::pybullet {
 /// seconds. Unknown impulses and forces are NaN; those of pairs that have ended are 0.
 std::string bytes_of_contacts(const std::vector<BodyPairContacts>& pairs, double step_length);
 
-/// Returns the edge contacts.
-std::string bytes_of_edge_contacts(const std::vector<EdgeContact>& contacts);
+/// Returns the edge contacts of bodies that are in the world. A body may have left it since the step.
+std::string bytes_of_edge_contacts(const std::vector<EdgeContact>& contacts, const btDynamicsWorld& world);
+
+/// Returns the pairs of intersecting bodies that are in the world. A body may have left it since the step.
+std::string bytes_of_intersecting_bodies(const std::vector<IntersectingBodies>& pairs, const btDynamicsWorld& world);
 
 }  // namespace softcd::bullet::pybullet

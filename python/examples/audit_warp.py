@@ -26,17 +26,19 @@ def to_triangle(p: wp.vec3, x0: wp.vec3, x1: wp.vec3, x2: wp.vec3):
 
 
 @wp.kernel
-def near_faces(mesh: wp.uint64, reach: float, counts: wp.array(dtype=wp.int32), found: wp.array2d(dtype=wp.int32)):
+def near_faces(mesh: wp.uint64, reach: float, found: wp.array[wp.int32]):
     vertex = wp.tid()
     m = wp.mesh_get(mesh)
     p = m.points[vertex]
     query = wp.mesh_query_aabb(mesh, p - wp.vec3(reach), p + wp.vec3(reach))
     face = int(0)
+    count = int(0)
     while wp.mesh_query_aabb_next(query, face):
         i, j, k = m.indices[3 * face], m.indices[3 * face + 1], m.indices[3 * face + 2]
         if vertex != i and vertex != j and vertex != k:
             if to_triangle(p, m.points[i], m.points[j], m.points[k]) <= reach:
-                found[vertex, wp.atomic_add(counts, vertex, 1)] = face
+                found[vertex * MOST_FACES + count] = face  # type: ignore
+                count += 1
 
 
 random = np.random.default_rng(0)
@@ -46,9 +48,10 @@ for offset in (0.0, 1000.0):
     triangles = np.arange(len(x)).reshape(-1, 3)
     with wp.ScopedDevice("cpu"):
         mesh = wp.Mesh(wp.array(x, dtype=wp.vec3), wp.array(triangles.ravel(), dtype=wp.int32))
-        counts, found = wp.zeros(len(x), dtype=wp.int32), wp.full((len(x), MOST_FACES), -1, dtype=wp.int32)
-        wp.launch(near_faces, len(x), [mesh.id, DISTANCE, counts, found])
-        vertex, place = np.nonzero(found.numpy() >= 0)
-    pairs = np.stack([vertex, found.numpy()[vertex, place]], axis=1)
+        found = wp.full(len(x) * MOST_FACES, -1, dtype=wp.int32)
+        wp.launch(near_faces, len(x), [mesh.id, DISTANCE, found])
+        faces = found.numpy().reshape(len(x), MOST_FACES)
+    vertex, place = np.nonzero(faces >= 0)
+    pairs = np.stack([vertex, faces[vertex, place]], axis=1)
     audit = softcd.audit(x, triangles, vertex_triangle_pairs=pairs, margin=DISTANCE / 2, tolerance=0)
     print(f"offset {offset}:", audit)

@@ -4,12 +4,11 @@ Bullet's soft world tests only nodes against balls, which pass between them. The
 edges, too. Prints how many balls are in the bag after four seconds, and the force on them beside their weight.
 """
 
-import pathlib
-import tempfile
-
 import numpy as np
 import pybullet
 import softcd.bullet
+
+from pybullet_common import Video, grid, load_mesh
 
 STEP, GRAVITY = 1 / 240, 10
 BALLS, MASS, RADIUS = 8, 0.1, 0.03
@@ -18,22 +17,16 @@ SIDE, WIDTH = 11, 0.8
 
 def load_bag():
     """Loads a bowl-shaped cloth whose border is held."""
-    grid = np.linspace(-1, 1, SIDE)
-    lines = [f"v {x * WIDTH / 2} {y * WIDTH / 2} {-0.3 * (1 - x * x) * (1 - y * y)}" for x in grid for y in grid]
-    for a in (SIDE * i + j + 1 for i in range(SIDE - 1) for j in range(SIDE - 1)):
-        lines += [f"f {a} {a + SIDE} {a + 1}", f"f {a + 1} {a + SIDE} {a + SIDE + 1}"]
-    with tempfile.TemporaryDirectory() as folder:
-        (pathlib.Path(folder) / "bag.obj").write_text("\n".join(lines) + "\n")
-        bag = pybullet.loadSoftBody(
-            f"{folder}/bag.obj", mass=0.2, useMassSpring=1, useBendingSprings=1, springElasticStiffness=100,
-            springDampingStiffness=0.2, collisionMargin=0.005, frictionCoeff=0.5, useFaceContact=1)  # fmt: skip
-    for i in range(SIDE * SIDE):
-        if i // SIDE in (0, SIDE - 1) or i % SIDE in (0, SIDE - 1):
-            pybullet.createSoftBodyAnchor(bag, i, -1, -1)
+    vertices, triangles = grid(SIDE, WIDTH)
+    x, y = vertices[:, :2].T / (WIDTH / 2)
+    vertices[:, 2] = -0.3 * (1 - x * x) * (1 - y * y)
+    bag = load_mesh(vertices, triangles, mass=0.2, springElasticStiffness=100, collisionMargin=0.005, frictionCoeff=0.5)
+    for node in np.flatnonzero(np.maximum(abs(x), abs(y)) > 0.99):
+        pybullet.createSoftBodyAnchor(bag, int(node), -1, -1)
     return bag
 
 
-def run(preset):
+def run(preset, video):
     """Lets the balls fall into the bag. Without a preset PyBullet detects alone."""
     pybullet.resetSimulation()
     pybullet.setGravity(0, 0, -GRAVITY)
@@ -44,11 +37,13 @@ def run(preset):
     balls = [pybullet.createMultiBody(MASS, ball, basePosition=place, useMaximalCoordinates=1) for place in places]
     attachment = None if preset is None else softcd.bullet.attach(preset=preset, read_out="impulses")
     lifts = []
-    for _ in range(960):
+    for step in range(960):
         pybullet.stepSimulation()
         if attachment is not None:
             contacts = attachment.contacts()
             lifts.append(sum(contacts.force_on(each, by=bag)[2] for each in balls))
+        if preset == "safe":
+            video.add(step * STEP)
     inside = sum(pybullet.getBasePositionAndOrientation(each)[0][2] > -1 for each in balls)
     print(f"{preset or 'PyBullet alone'}: {inside} of {BALLS} balls are in the bag", end="")
     if inside and lifts:
@@ -56,6 +51,8 @@ def run(preset):
     print(".")
 
 
+video = Video.of_arguments(__doc__, target=[0, 0, -0.2], distance=1.3, pitch=-35)
 pybullet.connect(pybullet.DIRECT)
 for preset in (None, "balanced", "safe"):
-    run(preset)
+    run(preset, video)
+video.save()

@@ -62,8 +62,10 @@ contact_dtype = np.dtype(_contact_fields(), align=True)
 """The fields of StepContacts.contacts and StepContacts.ended."""
 edge_contact_dtype = np.dtype(_edge_contact_fields(), align=True)
 """The fields of Attachment.edge_contacts()."""
-
-
+intersection_dtype = np.dtype(
+    [("body_a", "i4"), ("body_b", "i4"), ("regions", "u4"), ("steps", "u8"), ("curve_length", "f8")], align=True
+)
+"""The fields of Attachment.intersecting_bodies()."""
 impulse_dtype = np.dtype(
     [(f"{name}_{side}", "i4") for side in "ab" for name in ("body", "link")]
     + [("impulse_a", "f8", 3), ("impulse_b", "f8", 3)],

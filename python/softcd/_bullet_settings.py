@@ -17,7 +17,7 @@ class SelfCollision(enum.Enum):
     """The soft bodies that collide with themselves."""
 
     flagged = "flagged"
-    """Those loaded with useSelfCollision=1."""
+    """Those loaded with useSelfCollision=1, which PyBullet ignores where soft bodies are not deformable."""
     all = "all"
     """Every body."""
     none = "none"

@@ -92,7 +92,7 @@ def contact_points(
     """Returns the points of side a and of side b of each contact, at its time where x_t1 is given."""
     if contacts is None or len(contacts) == 0:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    if getattr(contacts, "dtype", None) is None or contacts.dtype.names is None or "weights" not in contacts.dtype.names:
+    if "weights" not in (getattr(getattr(contacts, "dtype", None), "names", None) or ()):
         raise TypeError("contacts: expected an array of softcd.contact_dtype, as detect returns it")
     counts = np.array([len(x) for x in x_t0])
     begins = np.concatenate([[0], np.cumsum(counts)])
@@ -106,7 +106,8 @@ def contact_points(
         moved = np.concatenate(x_t1)[begins[bodies] + vertices]
         corners = corners + contacts["time_of_impact"].astype(np.float64)[:, None, None] * (moved - corners)
     weighted = contacts["weights"].astype(np.float64)[:, :, None] * corners
-    return np.where(is_on_b[:, :, None], 0, weighted).sum(axis=1), np.where(is_on_b[:, :, None], weighted, 0).sum(axis=1)
+    is_on_b = is_on_b[:, :, None]
+    return np.where(is_on_b, 0, weighted).sum(axis=1), np.where(is_on_b, weighted, 0).sum(axis=1)
 
 
 def _draw_with_pyvista(
@@ -119,7 +120,8 @@ def _draw_with_pyvista(
                 surface = pyvista.PolyData.from_regular_faces(x, face)
                 plotter.add_mesh(surface, color=_MESH_COLOUR, opacity=opacity, show_edges=opacity == 1)
     for _, colour, points_a, points_b, normals in markers:
-        plotter.add_points(np.concatenate([points_a, points_b]), color=colour, render_points_as_spheres=True, point_size=8)
+        points = np.concatenate([points_a, points_b])
+        plotter.add_points(points, color=colour, render_points_as_spheres=True, point_size=8)
         plotter.add_arrows(points_b, normals.astype(np.float64), mag=normal_length, color=colour)
     if show:
         plotter.show()

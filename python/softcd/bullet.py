@@ -24,6 +24,7 @@ from ._bullet_contacts import (
     contact_dtype,
     edge_contact_dtype,
     impulse_dtype,
+    intersection_dtype,
     pair_dtype,
 )
 from ._bullet_plugin import PLUGIN, Plugin, read_array
@@ -62,6 +63,7 @@ __all__ = [
     "contact_dtype",
     "edge_contact_dtype",
     "impulse_dtype",
+    "intersection_dtype",
     "near_dtype",
     "node_dtype",
     "pair_dtype",
@@ -160,6 +162,19 @@ class Attachment:
         two points in metres, at `time_of_impact` in [0, 1] of the step. Raises InvalidInput unless the setting
         edge_contacts is "report" or "respond". With "respond", contacts() has those that the solver got, too."""
         return read_array(self._plugin.execute("edge_contacts"), edge_contact_dtype)
+
+    def intersecting_bodies(self) -> np.ndarray:
+        """Returns the pairs of soft bodies that the last step was moving apart, as they were when it began: a row each.
+
+        `body_a` and `body_b` are PyBullet's ids, the same where a body intersects itself; `regions` the number of parts
+        of both surfaces on the wrong side; `steps` the steps since the intersection was found; `curve_length` the
+        length in metres of the curves along which the surfaces intersect. A pair that came apart is missing. Raises
+        InvalidInput unless the setting untangle is True.
+
+        >>> for pair in attachment.intersecting_bodies():
+        ...     print(pair["body_a"], pair["body_b"], pair["curve_length"])
+        """
+        return read_array(self._plugin.execute("intersecting_bodies"), intersection_dtype)
 
     def set_filters(
         self,

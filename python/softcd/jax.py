@@ -53,7 +53,7 @@ def distances(
 
         gradient = jax.grad(lambda x: softcd.jax.distances(x, contacts).gap.sum())(x)
     """
-    if getattr(getattr(contacts, "dtype", None), "names", None) is None or "weights" not in contacts.dtype.names:
+    if "weights" not in (getattr(getattr(contacts, "dtype", None), "names", None) or ()):
         raise TypeError("contacts: expected an array of softcd.contact_dtype")
     named = _named("x", x)
     numbers = list(named)
@@ -132,10 +132,12 @@ def _summed_margins(margins: Any, x: Positions, named: dict[int, Any], contacts:
 class _Functions:
     """jax's Functions."""
 
-    where = staticmethod(jnp.where)
     cross = staticmethod(jnp.cross)
     zeros = staticmethod(jnp.zeros_like)
     constant = staticmethod(jax.lax.stop_gradient)
+
+    def where(self, condition: jax.Array, a: Any, b: Any) -> jax.Array:
+        return jnp.where(condition, a, b)
 
     def stack(self, arrays: list[jax.Array]) -> jax.Array:
         return jnp.stack(arrays, axis=1)
@@ -171,4 +173,5 @@ _length = jax.custom_jvp(_forward, nondiff_argnums=(0,))
 def _length_jvp(signed: bool, primals: Any, tangents: Any) -> tuple[jax.Array, jax.Array]:
     a, b, c, s, t, normal = primals
     unit = unit_of(_FUNCTIONS, difference_of(a, b, c, s, t), normal, signed)
-    return _length(signed, *primals), (unit * difference_of(*tangents[:3], s, t)).sum(axis=-1)
+    da, db, dc, *_ = tangents
+    return _length(signed, *primals), (unit * difference_of(da, db, dc, s, t)).sum(axis=-1)

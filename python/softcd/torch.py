@@ -199,9 +199,11 @@ def _by_kind(
 class _Functions:
     """torch's Functions."""
 
-    where = staticmethod(torch.where)
     cross = staticmethod(torch.linalg.cross)
     zeros = staticmethod(torch.zeros_like)
+
+    def where(self, condition: torch.Tensor, a: Any, b: Any) -> torch.Tensor:
+        return torch.where(condition, a, b)
 
     def stack(self, arrays: list[torch.Tensor]) -> torch.Tensor:
         return torch.stack(arrays, dim=1)
@@ -243,6 +245,6 @@ class _Length(torch.autograd.Function):
 
     @staticmethod
     def backward(ctx: Any, gradient: torch.Tensor) -> tuple[torch.Tensor | None, ...]:
-        *edges, s, t, normal = ctx.saved_tensors
-        along_unit = gradient[:, None] * unit_of(_FUNCTIONS, difference_of(*edges, s, t), normal, ctx.signed)
+        a, b, c, s, t, normal = ctx.saved_tensors
+        along_unit = gradient[:, None] * unit_of(_FUNCTIONS, difference_of(a, b, c, s, t), normal, ctx.signed)
         return along_unit, -s[:, None] * along_unit, -t[:, None] * along_unit, None, None, None, None

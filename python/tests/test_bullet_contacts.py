@@ -453,3 +453,46 @@ def test_messages_and_reports_say_what_happened(make_scene, kind):
     stages = scene.attachment.explain()
     assert set(stages) == set(report) - {"crossing_answers"}
     assert all(set(stage) == {"stage", "ran", "reason"} for stage in stages["contacts"]) and stages["contacts"]
+
+
+def test_intersecting_bodies_are_told_of_until_they_are_apart(make_scene, kind):
+    scene = make_scene(kind, untangle=True, self_collision="all")
+    pybullet.setGravity(0, 0, 0, physicsClientId=scene.client)
+    lower = scene.add_cloth(0)
+    upper = scene.add_cloth(0)
+    nodes = scene.bodies.nodes(upper)["position"]
+    assert nodes.shape == (SIDE * SIDE, 3)
+    pybullet.resetBasePositionAndOrientation(
+        upper, [0.3, 0, 0.05], pybullet.getQuaternionFromEuler([0, 0.4, 0]), physicsClientId=scene.client
+    )
+    assert scene.bodies.has_intersections(lower, upper)
+    scene.step()
+    (pair,) = scene.attachment.intersecting_bodies()
+    assert {int(pair["body_a"]), int(pair["body_b"])} == {lower, upper}
+    assert pair["steps"] == 1 and pair["curve_length"] == pytest.approx(1, abs=0.3)
+    scene.step()
+    assert scene.attachment.intersecting_bodies()["steps"].tolist() == [2]
+    for _ in range(600):
+        scene.step()
+        if len(scene.attachment.intersecting_bodies()) == 0 and not scene.bodies.has_intersections(lower, upper):
+            return
+    pytest.fail("they are not apart after 600 steps")
+
+
+def test_bodies_that_have_gone_are_told_of_no_more(make_scene, kind):
+    scene = make_scene(kind, untangle=True, self_collision="all", edge_contacts="report")
+    pybullet.setGravity(0, 0, 0, physicsClientId=scene.client)
+    scene.add_cloth(0)
+    upper = scene.add_cloth(0)
+    pybullet.resetBasePositionAndOrientation(
+        upper, [0.3, 0, 0.05], pybullet.getQuaternionFromEuler([0, 0.4, 0]), physicsClientId=scene.client
+    )
+    scene.step()
+    assert len(scene.attachment.intersecting_bodies()) == 1 and len(scene.attachment.edge_contacts()) > 0
+    pybullet.removeBody(upper, physicsClientId=scene.client)
+    assert len(scene.attachment.intersecting_bodies()) == len(scene.attachment.edge_contacts()) == 0
+
+
+def test_intersecting_bodies_need_untangle(make_scene, kind):
+    with pytest.raises(softcd.InvalidInput, match="untangle is False; attach with untangle=True"):
+        make_scene(kind).attachment.intersecting_bodies()
