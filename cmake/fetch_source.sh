@@ -30,5 +30,7 @@ apt=(apt-get -qq -o "Dir::Etc::sourcelist=$lists/sources.list" -o "Dir::Etc::sou
   -o "Dir::State::lists=$lists/lists" -o "Dir::Cache=$lists/cache")
 package=$(dpkg-query -W -f '${source:Package}' "$1")
 "${apt[@]}" update
-(cd "$folder" && "${apt[@]}" source "$package" >/dev/null)
+# Mirrors may lack what the list of security updates names: then the release's own sources are taken.
+release=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release)
+(cd "$folder" && { "${apt[@]}" source "$package" || "${apt[@]}" source "$package/$release"; } >/dev/null)
 mv "$folder/$package"-*/ "$folder/sources"

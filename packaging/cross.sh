@@ -65,8 +65,19 @@ build_softcd() {
 try_programs() {
   local log=$work/softcd/Testing/Temporary/LastTest.log
   ctest --test-dir "$work/softcd" -C programs -L program -R "^($(IFS='|' && echo "$*"))\$" --output-on-failure --no-tests=error
-  awk '/^[0-9]+\/[0-9]+ Test: / {program = $3}
+  # Wine may report success for a program that has crashed, which then prints no sum.
+  awk '/^[0-9]+\/[0-9]+ Test: / {program = $3; passed[program] = -1}
     /\[  PASSED  \]/ {passed[program] = $4}
     /\[  SKIPPED \] [0-9]+ test/ {skipped[program] = $4}
-    END {for (program in passed) printf "%s: %d passed, %d skipped\n", program, passed[program], skipped[program]}' "$log" | sort
+    END {
+      for (program in passed) {
+        if (passed[program] < 0) {
+          printf "%s: crashed\n", program
+          failed = 1
+        } else {
+          printf "%s: %d passed, %d skipped\n", program, passed[program], skipped[program]
+        }
+      }
+      exit failed
+    }' "$log"
 }

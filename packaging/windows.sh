@@ -25,13 +25,15 @@ if [ $# -eq 0 ]; then
   programs=(softcd_kernel_tests softcd_golden_tests softcd_detection_tests softcd_c_interface_tests bullet_contacts_test
     bullet_filter_test bullet_worlds_test)
 fi
-cmake/setup.sh g++-mingw-w64-x86-64-posix wine wine64 dpkg-dev m4
+cmake/setup.sh g++-mingw-w64-x86-64-posix libz-mingw-w64-dev wine wine64 dpkg-dev m4
 
 # shellcheck source=packaging/cross.sh
 . packaging/cross.sh windows
 libraries ../sources/configure --host=x86_64-w64-mingw32 CC=x86_64-w64-mingw32-gcc-posix
 library libtbb-dev -DTBB_TEST=OFF -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DBUILD_SHARED_LIBS=ON
-library zlib1g-dev
+# Debian's sources of zlib lack what CMake needs for a DLL.
+ln -sfn /usr/x86_64-w64-mingw32/include/{zlib,zconf}.h "$prefix/include/"
+ln -sfn /usr/x86_64-w64-mingw32/lib/libz.a "$prefix/lib/"
 library libpng-dev -DPNG_TESTS=OFF -DPNG_SHARED=OFF
 # Programs need these beside them, or in the PATH.
 cp "$(x86_64-w64-mingw32-g++-posix -print-file-name=libstdc++-6.dll)" \
