@@ -123,8 +123,12 @@ TEST_F(Certify, reads_the_same_from_gltf_as_from_ply) {
   const auto certificate_of = [this](const std::string& format) {
     std::filesystem::create_directory(folder_.file(format));
     const std::string files = "'" + folder_.file(format) + "/frame-####." + format + "'";
-    const Result result = run_program(
-        SOFTCD_DEMO, "two-cloths --size 12 --steps 40 --frame-steps 2 --collision off --export " + files, folder_);
+    const Result result = run_shell("cd '" + folder_.file("") +
+                                        "' && '" SOFTCD_DEMO
+                                        "' two-cloths --size 12 --steps 40 --frame-steps 2 --collision off "
+                                        "--picture-size 64x40 --export " +
+                                        files,
+                                    folder_);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return certificate(folder_.file(format), 1);
   };
