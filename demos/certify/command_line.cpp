@@ -13,8 +13,8 @@ std::string refuse_empty(const std::string& word) {
 
 void add_meshes(CLI::App& app, CertifyCommand& command) {
   app.add_option("frames", command.frames,
-                 "At least two meshes with the same triangles, PLY or OBJ, in order. A folder stands for\n"
-                 "all of its meshes, frame9 before frame10")
+                 "At least two meshes with the same triangles, PLY, OBJ or GLB, in order. A folder stands\n"
+                 "for all of its meshes, frame9 before frame10")
       ->option_text("FRAME...")
       ->required()
       ->check(refuse_empty);

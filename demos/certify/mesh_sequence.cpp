@@ -31,7 +31,7 @@ bool is_mesh_name(const fs::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".ply" || extension == ".obj";
+  return extension == ".ply" || extension == ".obj" || extension == ".glb";
 }
 
 /// Throws MeshError unless softcd compares every triangle. It leaves out triangles with a vertex that is not finite or
@@ -82,7 +82,7 @@ std::vector<fs::path> files_of(const fs::path& file_or_folder) {
   }
   if (error) throw MeshError(fmt::format("{}: cannot be read: {}", file_or_folder.string(), error.message()));
   if (files.empty()) {
-    throw MeshError(fmt::format("{}: has no files with names ending in .ply or .obj", file_or_folder.string()));
+    throw MeshError(fmt::format("{}: has no files with names ending in .ply, .obj or .glb", file_or_folder.string()));
   }
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return is_before(a.filename().string(), b.filename().string());

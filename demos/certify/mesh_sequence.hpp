@@ -14,7 +14,7 @@ namespace softcd::demo {
 bool is_before(std::string_view a, std::string_view b);
 
 /// Returns the files that a word of the command line stands for: the file itself, or all meshes of a folder (names that
-/// end in .ply or .obj) in the order of is_before(). Throws MeshError when it does not exist or
+/// end in .ply, .obj or .glb) in the order of is_before(). Throws MeshError when it does not exist or
 /// cannot be read, or the folder has no mesh.
 std::vector<std::filesystem::path> files_of(const std::filesystem::path& file_or_folder);
 

@@ -38,7 +38,7 @@ CLI::Option* add_file(CLI::App& app, const std::string& name, std::string& file,
 
 void add_frames(CLI::App& app, DetectCommand& command) {
   add_file(app, "t0", command.first_frame,
-           "The mesh at the start of the step, PLY or OBJ. Alone, with --detection dcd: the one\n"
+           "The mesh at the start of the step, PLY, OBJ or GLB. Alone, with --detection dcd: the one\n"
            "frame to look at")
       ->required();
   add_file(app, "t1", command.second_frame, "The same triangles at the end of the step");

@@ -26,9 +26,12 @@ class MeshError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Reads PLY (ascii, binary of either endianness, any property types) or OBJ. The file's first line and its name decide
-/// the format. Polygons become triangle fans. Indices are checked; positions may be NaN or infinite. Reads files and
-/// pipes of up to 16 GiB. Throws MeshError.
+/// Reads PLY (ascii, binary of either endianness, any property types), OBJ or glTF 2.0 in one file (.glb). The file's
+/// first line and its name decide the format. Polygons become triangle fans. Indices are checked; positions may be NaN
+/// or infinite, except in glTF. Reads files and pipes of up to 16 GiB. Throws MeshError.
+///
+/// The scene of a glTF file becomes one mesh, with its nodes' transforms applied in double. Vertices at exactly the
+/// same position are joined, because the format stores a vertex once for each of its normals and colours.
 Mesh read_mesh(const std::filesystem::path& path);
 
 /// Returns the content of a file or pipe of up to 16 GiB, as read_mesh() reads it. Throws MeshError.

@@ -18,6 +18,7 @@ namespace softcd::demo {
 // Parse a file's content. `file` is the name for messages.
 Mesh read_ply(const std::string& file, std::string_view content);
 Mesh read_obj(const std::string& file, std::string_view content);
+Mesh read_gltf(const std::string& file, std::string_view content);  // a .glb file
 
 // Vertex indices are 32 bits wide and kNoIndex is not one.
 constexpr std::uint64_t kMaxVertexCount = kNoIndex;

@@ -69,8 +69,10 @@ std::string read_mesh_content(const fs::path& path) {
 Mesh parse_mesh(const fs::path& path, std::string_view content) {
   std::string_view rest = content;
   if (take_line(rest) == "ply") return read_ply(path.string(), content);
+  if (content.starts_with("glTF")) return read_gltf(path.string(), content);
   if (has_obj_extension(path)) return read_obj(path.string(), content);
-  throw MeshError(fmt::format("{}: is neither PLY (first line 'ply') nor OBJ (name ending in .obj)", path.string()));
+  throw MeshError(fmt::format(
+      "{}: is neither PLY (first line 'ply') nor OBJ (name ending in .obj) nor binary glTF (.glb)", path.string()));
 }
 
 Mesh read_mesh(const fs::path& path) {

@@ -103,8 +103,9 @@ void bind_meshes(nb::module_& module) {
   module.def(
       "read_mesh", &read_mesh, "path"_a,
       nb::sig("def read_mesh(path: str | os.PathLike[str]) -> tuple[numpy.ndarray, numpy.ndarray]"),
-      "Reads a PLY or OBJ file: vertices as float64 of shape (n, 3), triangles as uint32 of shape (m, 3). Polygons "
-      "become triangle fans. Raises MeshError, naming the file and the place in it.");
+      "Reads a PLY, OBJ or GLB file: vertices as float64 of shape (n, 3), triangles as uint32 of shape (m, 3). "
+      "Polygons become triangle fans. Vertices of GLB files at the same position are joined. Raises MeshError, naming "
+      "the file and the problem.");
   module.def("write_mesh", &write_mesh, "path"_a, "vertices"_a, "triangles"_a,
              nb::sig("def write_mesh(path: str | os.PathLike[str], vertices: object, triangles: object) -> None"),
              "Writes vertices of shape (n, 3) and triangles of shape (m, 3) in single precision: a PLY, STL or GLB "

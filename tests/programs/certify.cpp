@@ -118,6 +118,30 @@ TEST_F(Certify, proves_that_nothing_crosses) {
   EXPECT_EQ(json["frames"][2], nlohmann::json({{"frame", 2}, {"intersections", 0}}));
 }
 
+#ifdef SOFTCD_DEMO
+TEST_F(Certify, reads_the_same_from_gltf_as_from_ply) {
+  const auto certificate_of = [this](const std::string& format) {
+    std::filesystem::create_directory(folder_.file(format));
+    const std::string files = "'" + folder_.file(format) + "/frame-####." + format + "'";
+    const Result result = run_shell("cd '" + folder_.file("") +
+                                        "' && '" SOFTCD_DEMO
+                                        "' two-cloths --size 12 --steps 40 --frame-steps 2 --collision off "
+                                        "--picture-size 64x40 --export " +
+                                        files,
+                                    folder_);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return certificate(folder_.file(format), 1);
+  };
+  const nlohmann::json ply = certificate_of("ply");
+  const nlohmann::json glb = certificate_of("glb");
+  EXPECT_EQ(glb["meshes"][0]["files"][1]["name"], "frame-0001.glb");
+  EXPECT_EQ(glb["meshes"][0]["vertices"], ply["meshes"][0]["vertices"]);
+  EXPECT_LT(ply["proved_steps"], ply["steps"].size());
+  EXPECT_EQ(glb["steps"], ply["steps"]);
+  EXPECT_EQ(glb["frames"], ply["frames"]);
+}
+#endif
+
 TEST_F(Certify, hashes_are_those_of_the_files) {
   const std::string frames = write_frames("frames", {standing_at("1"), standing_at("2")});
   const nlohmann::json json = certificate(frames, 0);
@@ -465,7 +489,7 @@ TEST_F(Certify, errors_name_the_file_and_what_to_do) {
                  "far.obj: vertex 3 is not finite or beyond 1e37");
   expect_refused(folder_.write("empty.obj", "") + " " + frame, "empty.obj: has no triangles");
   std::filesystem::create_directory(folder_.file("none"));
-  expect_refused(folder_.file("none"), "none: has no files with names ending in .ply or .obj");
+  expect_refused(folder_.file("none"), "none: has no files with names ending in .ply, .obj or .glb");
   expect_refused(frames + " --against " + write_frames("three", {frame, frame, frame}),
                  "three: has 3 meshes, but there are 2 frames");
   expect_refused(frames + " --against " + folder_.file("absent.obj"), "absent.obj: does not exist");
