@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <vector>
 
 #include "body_ids.hpp"
 #include "bytes.hpp"
@@ -68,16 +70,20 @@ struct IntersectingBodiesRecord {
 };
 static_assert(sizeof(IntersectingBodiesRecord) == 32);
 
-/// The world's soft bodies. Recognizes pointers to bodies that it has deleted.
-class BodiesInWorld {
+/// The world's objects. Recognizes pointers to objects that it has deleted.
+class ObjectsInWorld {
  public:
-  explicit BodiesInWorld(const btDynamicsWorld& world) : bodies_(soft_bodies_of(world)) {
-    std::sort(bodies_.begin(), bodies_.end());
+  explicit ObjectsInWorld(const btDynamicsWorld& world) {
+    const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i) objects_.push_back(objects[i]);
+    std::sort(objects_.begin(), objects_.end(), std::less<>());
   }
-  bool have(const btSoftBody* body) const { return std::binary_search(bodies_.begin(), bodies_.end(), body); }
+  bool have(const btCollisionObject* object) const {
+    return std::binary_search(objects_.begin(), objects_.end(), object, std::less<>());
+  }
 
  private:
-  std::vector<btSoftBody*> bodies_;
+  std::vector<const btCollisionObject*> objects_;
 };
 
 Vector vector(const btVector3& v) {
@@ -152,11 +158,11 @@ std::string bytes_of_contacts(const std::vector<BodyPairContacts>& pairs, double
 }
 
 std::string bytes_of_edge_contacts(const std::vector<EdgeContact>& contacts, const btDynamicsWorld& world) {
-  const BodiesInWorld bodies(world);
+  const ObjectsInWorld objects(world);
   std::vector<EdgeContactRecord> records;
   records.reserve(contacts.size());
   for (const EdgeContact& contact : contacts) {
-    if (!bodies.have(contact.a.body) || !bodies.have(contact.b.body)) continue;
+    if (!objects.have(contact.a.body) || !objects.have(contact.b.body)) continue;
     records.push_back(
         {record(contact.a), record(contact.b), vector(contact.normal), contact.distance, contact.time_of_impact});
   }
@@ -164,10 +170,10 @@ std::string bytes_of_edge_contacts(const std::vector<EdgeContact>& contacts, con
 }
 
 std::string bytes_of_intersecting_bodies(const std::vector<IntersectingBodies>& pairs, const btDynamicsWorld& world) {
-  const BodiesInWorld bodies(world);
+  const ObjectsInWorld objects(world);
   std::vector<IntersectingBodiesRecord> records;
   for (const IntersectingBodies& pair : pairs) {
-    if (!bodies.have(pair.a) || !bodies.have(pair.b)) continue;
+    if (!objects.have(pair.a) || !objects.have(pair.b)) continue;
     records.push_back({ids_of(pair.a).body, ids_of(pair.b).body, pair.regions, pair.steps, pair.curve_length});
   }
   return bytes_of(records);

@@ -164,12 +164,12 @@ class Attachment:
         return read_array(self._plugin.execute("edge_contacts"), edge_contact_dtype)
 
     def intersecting_bodies(self) -> np.ndarray:
-        """Returns the pairs of soft bodies that the last step was moving apart, as they were when it began: a row each.
+        """Returns the pairs of bodies that the last step was moving apart, as they were when it began: a row each.
 
-        `body_a` and `body_b` are PyBullet's ids, the same where a body intersects itself; `regions` the number of parts
-        of both surfaces on the wrong side; `steps` the steps since the intersection was found; `curve_length` the
-        length in metres of the curves along which the surfaces intersect. A pair that came apart is missing. Raises
-        InvalidInput unless the setting untangle is True.
+        `body_a` is a soft body's id, and `body_b` another one's, the same where it intersects itself, or a rigid body's
+        with a triangle mesh; `regions` the number of parts of both surfaces on the wrong side; `steps` the steps since
+        the intersection was found; `curve_length` the length in metres of the curves along which the surfaces
+        intersect. A pair that came apart is missing. Raises InvalidInput unless the setting untangle is True.
 
         >>> for pair in attachment.intersecting_bodies():
         ...     print(pair["body_a"], pair["body_b"], pair["curve_length"])
