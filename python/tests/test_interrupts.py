@@ -18,6 +18,14 @@ LONG = np.tile(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), (COINCIDENT, 1))
 LONG_TRIANGLES = np.arange(3 * COINCIDENT).reshape(-1, 3) % 3  # of the same vertices, hence without contacts
 
 
+@pytest.fixture(autouse=True)
+def _listens_to_ctrl_c():
+    """Undoes what shells do to programs in the background, which ignore Ctrl-C."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def long_scene():
     scene = softcd.Scene(backend="cpu", max_threads=1)
     body = scene.add_body(LONG_TRIANGLES, 3, self_collision=True)
@@ -79,7 +87,8 @@ def test_a_signal_that_raises_nothing_changes_nothing():
 
 def test_a_program_that_is_interrupted_ends_in_order():
     program = (
-        "import _thread, threading, test_interrupts as t, softcd\n"
+        "import _thread, signal, threading, test_interrupts as t, softcd\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "scene, _ = t.long_scene()\n"
         "query = softcd.Query(scene)\n"
         "query.set_pair_filter(lambda a, b: True)\n"
