@@ -204,7 +204,7 @@ def test_links_are_pybullets(make_scene, kind):
 
 
 def test_contacts_lie_on_their_features_and_sum_up_to_their_pairs(make_scene, kind):
-    scene = make_scene(kind, edge_contacts="respond")
+    scene = make_scene(kind, edge_contacts="respond", contacts="all")
     scene.add_box([0.2, 0.2, 0.2], [0, 0, -0.25])
     cloths = [scene.add_cloth(0.01), scene.add_cloth(0.06)]
     contacts = scene.step(60)
