@@ -82,12 +82,12 @@ class Video:
         if self._path is None:
             return
         if str(self._path).endswith(".gif"):
-            from PIL import Image
+            from PIL import Image  # pyright: ignore[reportMissingImports]
 
             first, *others = [Image.fromarray(frame).quantize(64) for frame in self._frames]
             first.save(self._path, save_all=True, append_images=others, duration=1000 // self._rate, loop=0)
         else:
-            import imageio.v2
+            import imageio.v2  # pyright: ignore[reportMissingImports]
 
             imageio.v2.mimwrite(self._path, self._frames, fps=self._rate)
         print(f"{len(self._frames)} pictures in {self._path}")

@@ -38,7 +38,7 @@ def run(preset, video):
     anchors = [pybullet.createSoftBodyAnchor(cloth, node, hand, -1) for node, hand in zip(CORNERS, hands)]
     settings = {"preset": preset, "self_collision": "all", "read_out": "impulses"}
     attachment = None if preset is None else softcd.bullet.attach(**settings)
-    bodies, worst, lifts = softcd.bullet.SoftBodies(), 0, []
+    bodies, worst, lifts, pairs = softcd.bullet.SoftBodies(), 0, [], np.empty((0, 2))
     for step in range(1, 961):
         carry(hands, step * STEP)
         if step == 660:  # let go
