@@ -153,7 +153,7 @@ TEST_P(Untangling, brings_bodies_apart_gently) {
   const Bounds& bounds = bounds_of(name, is_deformable(world));
   EXPECT_LT(tangle.fastest(), bounds.speed);
   EXPECT_LT(tangle.greatest_energy(), tangle.mass() * bounds.energy);
-  EXPECT_LT(tangle.drift(), is_deformable(world) ? 0.12 : 0.05) << "m/s; deformable: twice the measured one";
+  EXPECT_LT(tangle.drift(), 0.05);
   if (detection == Detection::dcd) return;
   for (int i = 0; i < 30; ++i) tangle.step();
   EXPECT_EQ(tangle.edges(), 0U) << "the clean pair is guarded again";

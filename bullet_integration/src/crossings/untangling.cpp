@@ -100,12 +100,14 @@ bool normalize(WayOut& way) {
   return true;
 }
 
-/// Returns the way on which a curve becomes shorter, from the regions that lead there.
+/// Returns the way on which a curve becomes shorter, from the regions that lead there. Returns none if one of them has
+/// further curves: its directions are sums for all of these, and would add momentum to a way for one.
 WayOut way_of_gradient(const IntersectionRegions& found, std::uint32_t curve) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, btVector3> directions;
   for (const IntersectionRegion& region : found.regions) {
     const Span<const std::uint32_t> curves = curves_of(found, region);
     if (!shortens_curves(region) || std::find(curves.begin(), curves.end(), curve) == curves.end()) continue;
+    if (curves.size() > 1) return {};
     for (std::uint32_t i = 0; i < region.vertex_count; ++i) {
       const RegionVertex& vertex = found.vertices[region.first_vertex + i];
       const auto entry = directions.try_emplace({region.body.value, vertex.vertex}, btVector3(0, 0, 0)).first;
