@@ -1,6 +1,6 @@
 #pragma once
 
-// What differs between systems where a program starts another one.
+// Starts other programs, which each system does in its own way.
 
 #if !defined(_WIN32)
 #include <unistd.h>

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 
 VERTEX_TRIANGLE, EDGE_EDGE = 0, 1
+STEP = 1e-6  # of finite differences; their error is about STEP**2 + 1e-16 / STEP
 
 
 def edges_of(triangles):
@@ -66,3 +67,13 @@ def first_touch(kind, x_t0, x_t1):
     roots = np.roots(np.polyfit(nodes, [volume(t) for t in nodes], 3))
     times = sorted(t.real for t in roots if abs(t.imag) < 1e-9 and 0 <= t.real <= 1)
     return next((t for t in times if distance(kind, at(t)) < 1e-7), None)
+
+
+def finite_differences(function, x):
+    """Differentiates function(x), a value for each pair, by each coordinate of the pairs, centrally."""
+    result = np.empty(x.shape)
+    for corner, axis in np.ndindex(4, 3):
+        offset = np.zeros((4, 3))
+        offset[corner, axis] = STEP
+        result[:, corner, axis] = (function(x + offset) - function(x - offset)) / (2 * STEP)
+    return result

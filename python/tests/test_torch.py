@@ -11,7 +11,6 @@ torch = pytest.importorskip("torch")
 import softcd.torch  # noqa: E402
 
 VT, EE = int(softcd.ContactKind.vertex_triangle), int(softcd.ContactKind.edge_edge)
-STEP = 1e-6  # of finite differences; their error is about STEP**2 + 1e-16 / STEP
 
 
 def pairs(kind, count):
@@ -29,16 +28,6 @@ def values(x, kind, **options):
     found = softcd.torch.distances(p, pairs(kind, len(x)), **options)
     (gradient,) = torch.autograd.grad(found.distance.sum(), p)
     return found.distance.detach().numpy(), gradient.numpy().reshape(x.shape)
-
-
-def finite_differences(function, x):
-    """Differentiates function(x), a value for each pair, by each coordinate of the pairs, centrally."""
-    result = np.empty(x.shape)
-    for corner, axis in np.ndindex(4, 3):
-        offset = np.zeros((4, 3))
-        offset[corner, axis] = STEP
-        result[:, corner, axis] = (function(x + offset) - function(x - offset)) / (2 * STEP)
-    return result
 
 
 def worst_error(gradient, expected):
@@ -77,7 +66,7 @@ def test_each_nearest_feature_has_its_derivatives(name):
     kind, x, weights = region(name)
     distance, gradient = values(x, kind)
     assert distance == pytest.approx(oracle.distance(kind, x[0]), rel=1e-14)
-    error = worst_error(gradient, finite_differences(lambda moved: values(moved, kind)[0], x))
+    error = worst_error(gradient, oracle.finite_differences(lambda moved: values(moved, kind)[0], x))
     assert error < 1e-9, error
     found = softcd.torch.distances(torch.tensor(x[0]), pairs(kind, 1))
     if weights is not None:
@@ -104,7 +93,7 @@ def test_distances_and_derivatives_are_right_for_random_pairs(kind):
     x = np.random.default_rng(kind).random((2000, 4, 3))
     distance, gradient = values(x, kind)
     assert distance == pytest.approx([oracle.distance(kind, pair) for pair in x], rel=1e-9, abs=1e-12)
-    error = worst_error(gradient, finite_differences(lambda moved: values(moved, kind)[0], x))
+    error = worst_error(gradient, oracle.finite_differences(lambda moved: values(moved, kind)[0], x))
     print(f"worst relative error of a gradient, kind {kind}: {error:.1e}")
     assert error < 1e-7
     assert np.abs(gradient.sum(axis=1)).max() < 1e-12  # nothing changes when a pair is moved as a whole
@@ -230,7 +219,7 @@ def test_the_mollifiers_derivatives_are_right(has_rest):
     p, value = mollifier(x)
     (gradient,) = torch.autograd.grad(value.sum(), p)
     is_smooth = (value < 0.99).numpy() & (value > 1e-3).numpy()
-    expected = finite_differences(lambda moved: mollifier(moved)[1].detach().numpy(), x)
+    expected = oracle.finite_differences(lambda moved: mollifier(moved)[1].detach().numpy(), x)
     error = worst_error(gradient.numpy().reshape(x.shape)[is_smooth], expected[is_smooth])
     print(f"worst relative error of the mollifier's gradient: {error:.1e}")
     assert is_smooth.sum() > 100 and error < 1e-6
