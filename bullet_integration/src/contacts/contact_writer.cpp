@@ -265,7 +265,7 @@ EdgeContact edge_contact_of(const MemberContact& found) {
           btScalar(contact.time_of_impact)};
 }
 
-bool has_gone_astray(const MemberContact& found) {
+bool has_crossed_to_wrong_side(const MemberContact& found) {
   const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(found.contact.feature_b)];
   const int direction = passage(node_of(*found.a.body, found.contact.feature_a), face);
   const bool leaves_closed_body = direction == found.b.mesh.outward && &found.a != &found.b;
@@ -281,7 +281,7 @@ void write_soft_contact(const MemberContact& found, Detection detection, const C
   std::optional<btSoftBody::SContact> contact = soft_contact(found, detection);
   if (!contact) return;
   const bool is_within_body = found.a.body == found.b.body;
-  if (share.is_turned || (is_within_body && detection == Detection::dcd && has_gone_astray(found))) {
+  if (share.is_turned || (is_within_body && detection == Detection::dcd && has_crossed_to_wrong_side(found))) {
     contact->m_normal *= -1;
   }
   if (share.count > 1) contact->m_friction = 1 - btPow(1 - contact->m_friction, btScalar(share.count));

@@ -37,7 +37,7 @@ void write_soft_contact(const MemberContact& found, Detection detection, const C
 
 /// Classic worlds: returns whether the node goes through the face in this step. A node that leaves another body, which
 /// is closed, does not count: it was inside and is on its way out.
-bool has_gone_astray(const MemberContact& found);
+bool has_crossed_to_wrong_side(const MemberContact& found);
 
 /// Classic worlds: returns the margin_cut with which `one` of the `several` written contacts pushes as all of them
 /// would. It is at most what the node's motion adds to both bodies' margins.

@@ -61,7 +61,7 @@ const ContactsOfKind kClassicContacts = {
     .asks_gate = [](const Settings&) { return true; },
     .is_written = is_soft_contact,
     .is_turned = [](const MemberContact& found,
-                    Detection detection) { return detection == Detection::dcd && has_gone_astray(found); },
+                    Detection detection) { return detection == Detection::dcd && has_crossed_to_wrong_side(found); },
     .margin_cut = soft_margin_cut,
     .make_solver_contacts = make_solver_contacts<SoftContacts>,
 };
