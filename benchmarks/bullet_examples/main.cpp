@@ -18,6 +18,7 @@
 #include "CommonInterfaces/CommonGUIHelperInterface.h"
 #include "make_world.hpp"
 #include "scenes/penetration.hpp"
+#include "softcd/core/parallel.hpp"
 
 using softcd::benchmarks::example_bodies;
 using softcd::benchmarks::example_settings;
@@ -45,7 +46,6 @@ std::vector<Example> all_examples() {
 #define SOFTCD_SOFT_DEMO(NAME) examples.push_back({"soft/" #NAME, SoftDemoCreateFunc, option++});
 #define SOFTCD_DEFORMABLE_DEMO(NAME) examples.push_back({"deformable/" #NAME, NAME##CreateFunc, 0});
 #include "examples.inc"
-#include "softcd/core/parallel.hpp"
   return examples;
 }
 
@@ -73,7 +73,7 @@ struct Run {
 
 /// Simulates on one thread, and writes each frame's time, then the number of frames with crossings if these are wanted.
 void simulate(const Example& example, std::size_t frames, bool watch, std::FILE* file) {
-  const parallel::ThreadLimit one_thread(1);
+  const softcd::parallel::ThreadLimit one_thread(1);
   DummyGUIHelper no_window;
   CommonExampleOptions options(&no_window, example.option);
   CommonExampleInterface* app = example.create(options);
