@@ -129,14 +129,17 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCol
                                      const PairGate& gate, btScalar time_step) {
   if (settings_.untangle) untangling.run([&](Untangling& regions) { regions.move(objects, time_step); });
   if (!prevents_crossings()) return;
+  std::vector<btSoftBody*> wanted;
+  for (btSoftBody* body : bodies) {
+    if (prevents_crossings(*body)) wanted.push_back(body);
+  }
+  if (wanted.empty() && crossings.get() != nullptr && crossings.get()->is_idle()) return;
   Surroundings surroundings;
   if (settings_.rigid_meshes) {
     surroundings = {&objects, [&](btSoftBody& soft, btCollisionObject& object) { return gate.admits(soft, object); }};
   }
   const WorldPairs pairs = pairs_of(gate);
   crossings.run([&](CrossingPrevention& prevention) {
-    std::vector<btSoftBody*> wanted(bodies.begin(), bodies.end());
-    std::erase_if(wanted, [this](const btSoftBody* body) { return !prevents_crossings(*body); });
     prevention.run({wanted.data(), wanted.size()}, std::cref(pairs), time_step, surroundings, released());
   });
   if (crossings.get() != nullptr) read_out.add_crossings(crossings.get()->impulses(), bodies);
