@@ -1,6 +1,7 @@
 #pragma once
 
 #include "softcd/pipeline/broad_phase.hpp"
+#include "softcd/pipeline/scene_mirror.hpp"
 #include "softcd/stages/clear_word.hpp"
 #include "softcd/stages/contact_order.hpp"
 #include "softcd/stages/contact_output.hpp"

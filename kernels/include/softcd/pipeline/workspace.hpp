@@ -71,6 +71,17 @@ struct Counters {
   std::uint32_t test_samples[kTestSamples];  ///< see TestSamples
 };
 
+/// Returns the memory of the largest chunk's lists. Pairs and candidates that were not counted yet are estimated as the
+/// most that there can be.
+inline std::uint64_t bytes_of_chunk(const Counters& reached, bool vertex_triangle, bool edge_edge) {
+  ChunkCounts most = reached.chunk;
+  for_each_count(KeepLargerCount{}, most, reached.most);
+  if (most.pairs == 0) most.pairs = kPatchSize * kPatchSize * most.patch_pairs;
+  if (most.vt_candidates == 0 && vertex_triangle) most.vt_candidates = 6 * most.pairs;
+  if (most.ee_candidates == 0 && edge_edge) most.ee_candidates = 9 * most.pairs;
+  return (most.patch_pairs + most.pairs + most.vt_candidates + most.ee_candidates) * sizeof(std::uint64_t);
+}
+
 /// Begins the next chunk.
 struct NextChunk {
   Counters* counters;
@@ -255,29 +266,6 @@ class List {
   std::uint64_t allocated_ = 0;
   std::uint64_t bound_ = 0;
   std::tuple<Columns...> columns_;
-};
-
-/// The backend's copy of a scene, or, if the backend reads host memory, the scene itself; see SceneArrays.
-template <class Backend>
-struct SceneMirror {
-  template <class T>
-  using Mirror = typename Backend::template Mirror<T>;
-
-  Mirror<Vec3f> x_t0, x_t1;
-  Mirror<Vec3d> full_t0, full_t1;
-  Mirror<Triangle> triangles;
-  Mirror<TriangleEdges> triangle_edges;
-  Mirror<Edge> edges;
-  Mirror<Ownership> ownership;
-  Mirror<std::uint32_t> patch_triangles;
-  Mirror<std::uint32_t> triangle_body, vertex_body;
-  Mirror<std::uint64_t> vertex_triangle_neighbours, edge_edge_neighbours;
-  Mirror<VertexStar> stars;
-  // See FeatureFilters:
-  Mirror<VertexFilter> vertex_filters;
-  Mirror<std::uint64_t> ring_begin;
-  Mirror<std::uint32_t> ring_vertices;
-  Mirror<Vec3f> x_rest;
 };
 
 constexpr std::size_t kListCount = 11;
