@@ -35,6 +35,11 @@ function(softcd_target_options target)
       $<$<COMPILE_LANGUAGE:CXX>:/fp:precise /permissive- /Zc:__cplusplus /utf-8 /bigobj /W3>)
     return()
   endif()
+  if(MINGW AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # Of the copies of an inline function, the linker keeps one. g++ for Windows takes that of the source it compiles for it,
+    # and expects registers that this copy leaves alone to survive a call.
+    target_compile_options(${target} PRIVATE -fno-ipa-ra)
+  endif()
   set(warnings -Wall -Wextra -Wshadow -Wconversion -Wnon-virtual-dtor -Woverloaded-virtual)
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>
                                            $<$<COMPILE_LANGUAGE:CXX>:${warnings} -Wpedantic>)
