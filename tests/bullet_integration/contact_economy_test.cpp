@@ -376,12 +376,12 @@ TEST(ContactEconomy, pushes_nodes_back_that_have_passed_through_another_body) {
       const auto heights = normals_of_moving_sheet(contacts, from, btVector3(0, to - from, 0), shift);
       return heights.size() >= (kNodes - 1) * (kNodes - 1) && std::all_of(heights.begin(), heights.end(), predicate);
     };
-    const btScalar near = btScalar(0.03);
-    EXPECT_TRUE(all_are(is_up, Contacts::closest_feature, near, -near)) << shift << ", through, downwards";
-    EXPECT_TRUE(all_are(is_down, Contacts::closest_feature, -near, near)) << shift << ", through, upwards";
-    EXPECT_TRUE(all_are(is_up, Contacts::closest_feature, near, near / 2)) << shift << ", above";
-    EXPECT_TRUE(all_are(is_down, Contacts::closest_feature, -near, -near / 2)) << shift << ", below";
-    EXPECT_TRUE(all_are(is_down, Contacts::all, near, -near)) << shift << ", Bullet's own rule";
+    const btScalar height = btScalar(0.03);
+    EXPECT_TRUE(all_are(is_up, Contacts::closest_feature, height, -height)) << shift << ", through, downwards";
+    EXPECT_TRUE(all_are(is_down, Contacts::closest_feature, -height, height)) << shift << ", through, upwards";
+    EXPECT_TRUE(all_are(is_up, Contacts::closest_feature, height, height / 2)) << shift << ", above";
+    EXPECT_TRUE(all_are(is_down, Contacts::closest_feature, -height, -height / 2)) << shift << ", below";
+    EXPECT_TRUE(all_are(is_down, Contacts::all, height, -height)) << shift << ", Bullet's own rule";
   }
 }
 
