@@ -15,6 +15,8 @@ thread on the CPU, and so does softcd here; --threads 0 is for all processors.
 
 import argparse
 import importlib.util
+import pathlib
+import sys
 import time
 
 import numpy as np
@@ -23,24 +25,11 @@ import warp as wp
 import batches
 import softcd
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "python/examples"))
+from audit_warp import to_triangle  # noqa: E402
+
 REACH = 0.02
 MOST_FACES = 32  # of a vertex
-
-
-@wp.func
-def to_segment(p: wp.vec3, a: wp.vec3, b: wp.vec3):
-    share = wp.clamp(wp.dot(p - a, b - a) / wp.dot(b - a, b - a), 0.0, 1.0)
-    return wp.length(p - a - share * (b - a))
-
-
-@wp.func
-def to_triangle(p: wp.vec3, x0: wp.vec3, x1: wp.vec3, x2: wp.vec3):
-    a, b, c = p - x0, x1 - x0, x2 - x0
-    n = wp.cross(b, c)
-    first, second = wp.dot(wp.cross(a, c), n) / wp.dot(n, n), wp.dot(wp.cross(b, a), n) / wp.dot(n, n)
-    if first > 0.0 and second > 0.0 and first + second < 1.0:
-        return wp.abs(wp.dot(a, wp.normalize(n)))
-    return wp.min(to_segment(p, x0, x1), wp.min(to_segment(p, x1, x2), to_segment(p, x2, x0)))
 
 
 @wp.kernel

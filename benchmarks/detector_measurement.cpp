@@ -15,6 +15,7 @@
 #include "paper/detector.hpp"
 #include "quartiles.hpp"
 #include "query_core.hpp"
+#include "softcd/core/fnv.hpp"
 #include "softcd/core/parallel.hpp"
 
 namespace softcd::benchmarks {
@@ -136,9 +137,9 @@ Measurement measure_all(const DetectorScene& scene, const MeasuredOptions& optio
 
 std::uint64_t checksum_of(Span<const std::byte> contacts) {
   static_assert(sizeof(Contact) == 18 * 4, "padding would be part of the checksum");
-  std::uint64_t hash = 0xCBF29CE484222325U;
-  for (const std::byte byte : contacts) hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 0x100000001B3U;
-  return hash;
+  Fnv1a hash;
+  hash.add_bytes(contacts.data(), contacts.size());
+  return hash.value();
 }
 
 Measurement measure(const DetectorScene& scene, const MeasuredOptions& options, int repetitions) {

@@ -28,7 +28,7 @@ struct Subject {
 struct SetUp {
   const char* name;
   AppWorldKind world;
-  double settling;  ///< seconds before the comparison
+  double warm_up;  ///< seconds before the comparison
   bool falls_asleep;
   Subject (*build)(AppWorld& world);
 };
@@ -128,7 +128,7 @@ ImpulseResult compare(const SetUp& set_up, bullet::Settings settings) {
   btSoftBody& body = *subject.body;
   if (set_up.falls_asleep) body.forceActivationState(ACTIVE_TAG);
   const btScalar seconds = AppWorld::kFrame / btScalar(world.steps_per_frame());
-  const btScalar end = btScalar(set_up.settling + 1);
+  const btScalar end = btScalar(set_up.warm_up + 1);
   btScalar mass = 0;
   for (int i = 0; i < body.m_nodes.size(); ++i) mass += 1 / body.m_nodes[i].m_im;
   ImpulseResult result;
@@ -138,7 +138,7 @@ ImpulseResult compare(const SetUp& set_up, bullet::Settings settings) {
     const btVector3 momentum = sum_of(body, &btSoftBody::Node::m_v);
     const btVector3 places = sum_of(body, &btSoftBody::Node::m_x);
     world.step(seconds);
-    if (btScalar(step) * seconds <= btScalar(set_up.settling)) continue;
+    if (btScalar(step) * seconds <= btScalar(set_up.warm_up)) continue;
     // In classic worlds contacts of later bodies may move nodes after Bullet has computed their velocities.
     const btVector3 momentum_at_end = world.is_deformable() ? sum_of(body, &btSoftBody::Node::m_v)
                                                             : (sum_of(body, &btSoftBody::Node::m_x) - places) / seconds;

@@ -4,6 +4,7 @@
 
 #include "mesh_io/mesh_io.hpp"
 #include "png_file.hpp"
+#include "scenes/vectors.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -15,8 +16,7 @@ Mesh mesh_of(const Scene& scene) {
     const btSoftBody& body = *surface.body;
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
     for (int i = 0; i < body.m_nodes.size(); ++i) {
-      const btVector3& x = body.m_nodes[i].m_x;
-      mesh.positions.push_back({double(x.x()), double(x.y()), double(x.z())});
+      mesh.positions.push_back(to_vec3d(body.m_nodes[i].m_x));
     }
     for (int f = 0; f < body.m_faces.size(); ++f) {
       Triangle triangle{};

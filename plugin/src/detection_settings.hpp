@@ -39,11 +39,11 @@ inline bool measures_moves(const QueryOptions& options) {
 }
 
 /// Returns whether contacts are detected at t0, or on the path from there.
-inline bool looks_at_t0(const QueryOptions& options) {
+inline bool uses_t0(const QueryOptions& options) {
   return options.detection == Detection::ccd || options.step_end == StepEnd::t0;
 }
 
-inline bool looks_at_t1(const QueryOptions& options) {
+inline bool uses_t1(const QueryOptions& options) {
   return options.detection == Detection::ccd || options.step_end == StepEnd::t1;
 }
 
@@ -59,10 +59,9 @@ inline Selecting selecting(const QueryOptions& options, bool moves, std::uint64_
   const bool covers_rounding = options.accuracy == Accuracy::conservative;
   const bool is_continuous = options.detection == Detection::ccd;
   Selecting result;
-  result.t0 = looks_at_t0(options);
-  result.t1 = looks_at_t1(options);
-  result.covers_rounding_t0 =
-      covers_rounding && (is_continuous ? moves : looks_at_t0(options) || measures_moves(options));
+  result.t0 = uses_t0(options);
+  result.t1 = uses_t1(options);
+  result.covers_rounding_t0 = covers_rounding && (is_continuous ? moves : uses_t0(options) || measures_moves(options));
   result.covers_rounding_t1 = covers_rounding && result.t1;
   result.margins = options.margins;
   result.neighbour_filters = options.neighbour_filters;

@@ -7,6 +7,7 @@
 
 #include "softcd/core/spatial_query.hpp"
 #include "softcd/math/perturbed_orientation.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/mesh/topology.hpp"
 
 namespace softcd::detail {

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "softcd/core/types.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/mesh/triangle_edges.hpp"
 
 // Converts indices: a mesh alone numbers its vertices and edges from 0, a scene's arrays from the mesh's first ones.

@@ -62,7 +62,7 @@ void QueryCore::finish_detection() noexcept {
 }
 
 NeededPositions QueryCore::needed_positions() const {
-  return {looks_at_t0(options_), looks_at_t1(options_), measures_moves(options_)};
+  return {uses_t0(options_), uses_t1(options_), measures_moves(options_)};
 }
 
 Span<const Contact> QueryCore::wait(std::uint64_t number) {

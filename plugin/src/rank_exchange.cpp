@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "softcd/core/fnv.hpp"
 #include "softcd/error.hpp"
 #include "softcd/fields/options.hpp"
 #include "validation.hpp"
@@ -19,31 +20,13 @@ namespace {
 /// H200 0.96 to 1.02 of the time of one, of 200K 0.89 to 0.93.
 constexpr std::uint64_t kFewestTrianglesOnDevices = 150'000;
 
-/// FNV-1a hash of values without padding.
-class Digest {
- public:
-  template <class... Values>
-  void add(const Values&... values) {
-    (add_bytes(&values, sizeof(values)), ...);
-  }
-  /// Adds the values that must be equal on all ranks.
-  template <class Struct>
-  void add_fields(const Struct& object) {
-    for_each_field<Struct>([&](auto field) {
-      if (!field.kMayDiffer) add(field.of(object));
-    });
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  void add_bytes(const void* data, std::size_t size) {
-    for (std::size_t i = 0; i < size; ++i) {
-      value_ = (value_ ^ static_cast<std::uint64_t>(static_cast<const unsigned char*>(data)[i])) * 0x100000001B3ULL;
-    }
-  }
-
-  std::uint64_t value_ = 0xCBF29CE484222325ULL;
-};
+/// Adds the values that must be equal on all ranks.
+template <class Struct>
+void add_fields(Fnv1a& digest, const Struct& object) {
+  for_each_field<Struct>([&](auto field) {
+    if (!field.kMayDiffer) digest.add(field.of(object));
+  });
+}
 
 /// The result of a detection on one rank.
 enum class Outcome : std::uint32_t { success, invalid_input, backend_error, out_of_memory, other_error };
@@ -150,15 +133,15 @@ void RankExchange::compare(const std::vector<Body>& bodies, const QueryOptions& 
   struct Summary {
     std::uint64_t scene, query;
   };
-  Digest scene;
+  Fnv1a scene;
   for (const Body& body : bodies) {
     scene.add(body.id.value, body.is_removed, body.rank, body.vertex_count(), body.triangle_count(),
               body.vertex_filters.size(), body.x_rest.size());
-    scene.add_fields(body.settings);
+    add_fields(scene, body.settings);
   }
-  Digest query;
+  Fnv1a query;
   query.add(pairs);
-  query.add_fields(options);
+  add_fields(query, options);
   const Summary mine = {scene.value(), query.value()};
   const std::vector<Summary> all = gathered(mine);
   for (const Summary& summary : all) {

@@ -6,6 +6,7 @@
 #include "body_questions.hpp"
 #include "curve_length.hpp"
 #include "softcd/math/closest_point.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::detail {
 namespace {

@@ -242,7 +242,7 @@ void ScenePositions::predict(DevicePositionReader& reader) {
   std::vector<std::size_t> predicted_bodies;
   Predicted scene;
   scene.origin = origin_;
-  scene.looks_at_t0 = needs_.t0;
+  scene.uses_t0 = needs_.t0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     Body& body = bodies[b];
     if (!body.positions.are_set()) continue;

@@ -41,17 +41,22 @@ def near_faces(mesh: wp.uint64, reach: float, found: wp.array[wp.int32]):
                 count += 1
 
 
-random = np.random.default_rng(0)
-for offset in (0.0, 1000.0):
-    corners = 4 * random.random((3000, 1, 3)) + 0.3 * (random.random((3000, 3, 3)) - 0.5)
-    x = (corners.reshape(-1, 3) + offset).astype(np.float32)
-    triangles = np.arange(len(x)).reshape(-1, 3)
-    with wp.ScopedDevice("cpu"):
-        mesh = wp.Mesh(wp.array(x, dtype=wp.vec3), wp.array(triangles.ravel(), dtype=wp.int32))
-        found = wp.full(len(x) * MOST_FACES, -1, dtype=wp.int32)
-        wp.launch(near_faces, len(x), [mesh.id, DISTANCE, found])
-        faces = found.numpy().reshape(len(x), MOST_FACES)
-    vertex, place = np.nonzero(faces >= 0)
-    pairs = np.stack([vertex, faces[vertex, place]], axis=1)
-    audit = softcd.audit(x, triangles, vertex_triangle_pairs=pairs, margin=DISTANCE / 2, tolerance=0)
-    print(f"offset {offset}:", audit)
+def main():
+    random = np.random.default_rng(0)
+    for offset in (0.0, 1000.0):
+        corners = 4 * random.random((3000, 1, 3)) + 0.3 * (random.random((3000, 3, 3)) - 0.5)
+        x = (corners.reshape(-1, 3) + offset).astype(np.float32)
+        triangles = np.arange(len(x)).reshape(-1, 3)
+        with wp.ScopedDevice("cpu"):
+            mesh = wp.Mesh(wp.array(x, dtype=wp.vec3), wp.array(triangles.ravel(), dtype=wp.int32))
+            found = wp.full(len(x) * MOST_FACES, -1, dtype=wp.int32)
+            wp.launch(near_faces, len(x), [mesh.id, DISTANCE, found])
+            faces = found.numpy().reshape(len(x), MOST_FACES)
+        vertex, place = np.nonzero(faces >= 0)
+        pairs = np.stack([vertex, faces[vertex, place]], axis=1)
+        audit = softcd.audit(x, triangles, vertex_triangle_pairs=pairs, margin=DISTANCE / 2, tolerance=0)
+        print(f"offset {offset}:", audit)
+
+
+if __name__ == "__main__":
+    main()

@@ -267,7 +267,7 @@ void bind_device_contacts(nb::module_& module) {
                    "A cudaEvent_t after which all results are there, for cupy.cuda.runtime.streamWaitEvent and similar "
                    "functions, until the query's next detection is started.")
       .def("__repr__", [](const PendingContactsArray& self) {
-        return fmt::format("<softcd.PendingContacts, room for {} on CUDA device {}>", self.capacity(), self.device());
+        return fmt::format("<softcd.PendingContacts, capacity {}, on CUDA device {}>", self.capacity(), self.device());
       });
 }
 

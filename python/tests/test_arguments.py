@@ -126,7 +126,7 @@ def test_changes_that_cannot_be_read_are_named(error, text, changed):
         (TypeError, "^detection: expected Detection or the name of one, got 1", lambda: softcd.QueryOptions(detection=1)),
         (ValueError, "^detection: expected one of dcd, ccd, got 'cdc'", lambda: softcd.QueryOptions(detection="cdc")),
         (ValueError, "^pairs: expected one of all, changed, got 'some'", lambda: softcd.Query(softcd.Scene()).detect("some")),
-        (ValueError, "^step_end: expected one of t1, t0, got 't2'", lambda: softcd.Probe(softcd.Scene(), step_end="t2")),
+        (ValueError, "^step_end: expected one of t0, t1, got 't2'", lambda: softcd.Probe(softcd.Scene(), step_end="t2")),
         (TypeError, "^edge_edge: expected bool, got 'yes'", lambda: softcd.QueryOptions(edge_edge="yes")),
         (TypeError, "scene: Scene", lambda: softcd.Query("scene")),
         (TypeError, "^memory_limit: expected int from 0 to 1844.*, got -1", lambda: softcd.Scene(memory_limit=-1)),

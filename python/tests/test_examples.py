@@ -13,7 +13,7 @@ def run(name, capsys, *packages):
     """Runs an example and returns what it has printed."""
     for package in packages:
         pytest.importorskip(package)
-    runpy.run_path(str(EXAMPLES / name))
+    runpy.run_path(str(EXAMPLES / name), run_name="__main__")
     return capsys.readouterr().out
 
 

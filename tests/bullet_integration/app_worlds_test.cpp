@@ -80,10 +80,10 @@ TEST_P(AppWorlds, one_world_per_thread_gives_the_same_as_alone) {
 }
 
 /// The state of a body that an app saves.
-struct Snapshot {
+struct SavedNodes {
   std::vector<btVector3> positions, previous, velocities;
 
-  explicit Snapshot(const btSoftBody& body) {
+  explicit SavedNodes(const btSoftBody& body) {
     for (int i = 0; i < body.m_nodes.size(); ++i) {
       positions.push_back(body.m_nodes[i].m_x);
       previous.push_back(body.m_nodes[i].m_q);
@@ -103,7 +103,7 @@ struct Snapshot {
 TEST_P(AppWorlds, a_restored_state_goes_on_as_before) {
   ClothOnSheet scene(GetParam());
   scene.run(10);
-  const Snapshot saved(*scene.cloth);
+  const SavedNodes saved(*scene.cloth);
   scene.run(15);
   const std::vector<btScalar> first = coordinates_of(*scene.cloth);
   EXPECT_GT(scene.cloth->m_scontacts.size(), 0);

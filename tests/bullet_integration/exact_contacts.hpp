@@ -8,11 +8,12 @@
 
 #include "BulletSoftBody/btSoftBody.h"
 #include "reference_distance.hpp"
+#include "scenes/vectors.hpp"
 
 namespace softcd::test {
 
 inline Vec3d position_of(const btSoftBody::Node& node) {
-  return {double(node.m_x.x()), double(node.m_x.y()), double(node.m_x.z())};
+  return demo::to_vec3d(node.m_x);
 }
 
 inline long double distance_of(const btSoftBody::Node& node, const btSoftBody::Face& face) {

@@ -15,6 +15,7 @@
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
 #include "any_simulation.hpp"
 #include "exact_ccd.hpp"
+#include "scenes/vectors.hpp"
 #include "soft_body_steps.hpp"
 
 namespace softcd::test {
@@ -159,8 +160,7 @@ Way way_of_roof() {
     }
   }
   way.edges.assign(edges.begin(), edges.end());
-  for (const btVector3& corner : kCorners)
-    way.x_t0.push_back({double(corner.x()), double(corner.y()), double(corner.z())});
+  for (const btVector3& corner : kCorners) way.x_t0.push_back(demo::to_vec3d(corner));
   way.x_t1 = way.x_t0;
   return way;
 }

@@ -211,7 +211,7 @@ TEST_P(KinematicMeshes, that_were_removed_and_come_back_behind_a_curtain_leave_i
   EXPECT_LT(fastest, 1);
 }
 
-// There is room for it between the two.
+// The curtain fits between the mesh and the wall.
 TEST_P(KinematicMeshes, push_a_curtain_against_a_wall) {
   add_walker(kStaticAndKinematic);
   add(obstacle, wall_across_z(), btVector3(0, 0, btScalar(0.2)));

@@ -13,6 +13,7 @@
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
 #include "any_simulation.hpp"
 #include "scenes/exact_intersection.hpp"
+#include "scenes/vectors.hpp"
 
 namespace softcd::test {
 namespace {
@@ -182,9 +183,7 @@ TEST_P(Ropes, touch_themselves) {
 
 /// Links of the rope that go through faces of the cloth.
 int count_intersections(const btSoftBody& rope, const btSoftBody& cloth) {
-  const auto point = [](const btSoftBody::Node* node) {
-    return Vec3d{double(node->m_x.x()), double(node->m_x.y()), double(node->m_x.z())};
-  };
+  const auto point = [](const btSoftBody::Node* node) { return demo::to_vec3d(node->m_x); };
   int count = 0;
   for (int i = 0; i < rope.m_links.size(); ++i) {
     for (int f = 0; f < cloth.m_faces.size(); ++f) {

@@ -9,13 +9,14 @@
 
 #include "any_simulation.hpp"
 #include "random.hpp"
+#include "scenes/vectors.hpp"
 #include "softcd/bullet/world_probe.hpp"
 
 namespace softcd::test {
 
 inline Vec3d node(const btSoftBody& body, std::uint32_t i) {
   const btVector3& x = body.m_nodes[int(i)].m_x;
-  return {double(x.x()), double(x.y()), double(x.z())};
+  return demo::to_vec3d(x);
 }
 
 inline std::vector<Triangle> faces_of(const btSoftBody& body) {

@@ -22,6 +22,7 @@
 #include "BulletSoftBody/btSoftBodyHelpers.h"
 #include "reference_distance.hpp"
 #include "scenes/exact_intersection.hpp"
+#include "scenes/vectors.hpp"
 #include "world_probes.hpp"
 
 namespace softcd::test {
@@ -299,7 +300,7 @@ TEST_P(WorldQuestions, shapes_of_bullets_overlap_what_is_in_them) {
     for (const TriangleOverlap& one : found) inside.insert(one.triangle);
     for (std::uint32_t i = 0; i < nodes.size(); ++i) {
       const btVector3 x = place.invXform(cloud.m_nodes[int(i)].m_x);
-      const double excess = known.excess({double(x.x()), double(x.y()), double(x.z())});
+      const double excess = known.excess(demo::to_vec3d(x));
       if (excess > -known.error - 1e-5 && excess < 1e-5) continue;
       EXPECT_EQ(inside.count(i) > 0, excess < 0) << "node " << i << ", " << excess;
     }

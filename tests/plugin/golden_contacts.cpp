@@ -10,6 +10,7 @@
 
 #include "each_target.hpp"
 #include "golden_scenes.hpp"
+#include "softcd/core/fnv.hpp"
 #include "softcd/core/parallel.hpp"
 
 // Contacts are the same bytes from version to version. A different hash is a defect, unless the change is intended and
@@ -66,21 +67,10 @@ constexpr Way kWays[] = {
     {"ccd conservative", Detection::ccd, Accuracy::conservative},
 };
 
-/// FNV-1a, of several lists one after another.
-class Hash {
- public:
-  void add(Span<const Contact> contacts) {
-    for (const Contact& contact : contacts) {
-      unsigned char bytes[sizeof(Contact)];
-      std::memcpy(bytes, &contact, sizeof(Contact));
-      for (const unsigned char byte : bytes) value_ = (value_ ^ byte) * 0x100000001B3U;
-    }
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xCBF29CE484222325U;
-};
+void add(Fnv1a& hash, Span<const Contact> contacts) {
+  static_assert(sizeof(Contact) == 18 * 4, "padding would be part of the hash");
+  hash.add_bytes(contacts.data(), contacts.size() * sizeof(Contact));
+}
 
 using Floats = std::vector<Vec3f>;
 
@@ -133,7 +123,7 @@ std::vector<Contact> contacts_of(const Scene& scene, const PipelineOptions& opti
 void expect_golden(const Golden& golden, std::uint32_t max_threads = 0, Given given = Given::as_doubles,
                    float cell_size_factor = 0.0F) {
   const Scene scene = golden.scene.make();
-  Hash hash;
+  Fnv1a hash;
   std::ostringstream ways;
   for (const Way& way : kWays) {
     PipelineOptions options = test_options(way.detection);
@@ -144,7 +134,7 @@ void expect_golden(const Golden& golden, std::uint32_t max_threads = 0, Given gi
     options.cell_size_factor = cell_size_factor;
     const std::vector<Contact> contacts = contacts_of(scene, options, given);
     EXPECT_FALSE(contacts.empty()) << way.name;
-    hash.add(contacts);
+    add(hash, contacts);
     ways << "\n  " << way.name << ": " << std::dec << contacts.size() << " contacts, up to here 0x" << std::hex
          << hash.value();
   }

@@ -108,28 +108,28 @@ TEST_F(PredictedPositionsTest, may_be_doubles_between_which_conservative_queries
 
 TEST_F(PredictedPositionsTest, are_looked_at_again_where_they_are_not_as_predicted) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  const auto settle = [&] {
+  const auto step_slowly = [&] {
     for (int i = 0; i < 12; ++i) step(kSlowly);
   };
-  settle();
+  step_slowly();
   step({0.7, 0.1, 0.2});
-  settle();
+  step_slowly();
   for (int i = 0; i < 2; ++i) {  // far away, so that the scene's origin moves, and back
     for (SceneBody& body : bodies_) {
       body.x_t1 = body.x_t0 = translated(body.x_t1, i == 0 ? Vec3d{900, 0, 0} : Vec3d{-900, 0, 0});
     }
-    settle();
+    step_slowly();
   }
   const Vec3d x = std::exchange(bodies_[0].x_t1[7], {kNaN, 0, 0});
   set(0);
   detect();
   bodies_[0].x_t1[7] = x;
-  settle();
+  step_slowly();
   step({0, 0, 0});
   step({0, 0, 0});  // nothing moves
   for (std::size_t b = 0; b < 2; ++b) set(b, false);
   detect();
-  settle();
+  step_slowly();
   expect_some_in_vain();
 }
 

@@ -7,6 +7,7 @@
 
 #include "backend_under_test.hpp"
 #include "mesh_generators.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/softcd.hpp"
 
 namespace softcd::test {

@@ -70,8 +70,9 @@ bool has_side(const Triangle& triangle, std::uint32_t from, std::uint32_t to) {
   return false;
 }
 
-/// Returns whether each edge has two faces, which pass through it in opposite directions.
-bool is_closed(const BodyMesh& mesh) {
+/// Returns whether each edge has two faces, which pass through it in opposite directions. Unlike is_closed_surface(),
+/// needs no list of edges, and allows parts that touch at a vertex.
+bool is_closed_at_edges(const BodyMesh& mesh) {
   constexpr std::uint32_t kMostFacesAtNode = 64;  // bounds the time
   for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -162,7 +163,7 @@ void add_faces_of_nodes(BodyMesh& mesh) {
 }
 
 int outward_side(const BodyMesh& mesh, const btSoftBody& body) {
-  if (mesh.face_count == 0 || !is_closed(mesh)) return 0;
+  if (mesh.face_count == 0 || !is_closed_at_edges(mesh)) return 0;
   const auto position = [&](std::uint32_t node) { return to_doubles(body.m_nodes[static_cast<int>(node)].m_x); };
   const Vec3d origin = position(mesh.triangles[0].v[0]);
   double volume = 0;

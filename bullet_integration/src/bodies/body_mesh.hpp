@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
+#include "softcd/mesh/features.hpp"
 #include "softcd/softcd.hpp"
 
 namespace softcd::bullet {

@@ -36,7 +36,7 @@ inline QueryOptions continuous_options(const Settings& settings) {
 
 /// Returns whether the query's last detection had no bodies. A next one without bodies can be skipped, as the
 /// statistics already say so.
-inline bool has_looked_at_nothing(const Query& query) {
+inline bool had_no_bodies(const Query& query) {
   return query.statistics().bodies == 0;
 }
 

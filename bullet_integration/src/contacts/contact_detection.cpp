@@ -49,7 +49,7 @@ std::vector<StageReport> ContactDetection::explain() const {
 }
 
 /// Returns whether the query needs both ends of the step.
-bool ContactDetection::looks_at_way() const {
+bool ContactDetection::needs_both_ends() const {
   return query_.options().detection == Detection::ccd || query_.options().motion_margin > 0;
 }
 
@@ -59,7 +59,7 @@ void ContactDetection::read(Span<btSoftBody* const> bodies) {
   has_any_ = false;
   for (btSoftBody* body : bodies) {
     if (!has_vertex_face_contacts(kind_.ends, *body)) continue;
-    mirror_.require(*body, looks_at_way());
+    mirror_.require(*body, needs_both_ends());
     has_any_ = true;
   }
 }
@@ -67,7 +67,7 @@ void ContactDetection::read(Span<btSoftBody* const> bodies) {
 void ContactDetection::start(const PairRule& rule) {
   BT_PROFILE("softcd contacts");
   ticket_.reset();
-  if (!has_any_ && has_looked_at_nothing(query_)) return;
+  if (!has_any_ && had_no_bodies(query_)) return;
   query_.set_pair_filter(pair_filter(mirror_, rule));
   ticket_ = query_.start();
   query_.set_pair_filter({});
@@ -87,10 +87,10 @@ void ContactDetection::hide_flags_of_endless_trees(Span<btSoftBody* const> bodie
   }
 }
 
-void ContactDetection::finish(bool looks_at_crossings, const TangledNodes* released) {
+void ContactDetection::finish(bool prevents_crossings, const TangledNodes* released) {
   BT_PROFILE("softcd contacts");
   released_ = released;
-  releases_touches_ = looks_at_crossings && settings_.detection == Detection::ccd;
+  releases_touches_ = prevents_crossings && settings_.detection == Detection::ccd;
   const Span<const Contact> contacts = ticket_ ? ticket_->wait() : Span<const Contact>();
   find_spoilt(contacts);
   find_tangles(contacts);

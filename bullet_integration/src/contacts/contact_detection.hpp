@@ -34,9 +34,9 @@ class ContactDetection {
   /// Starts the detection for these bodies. Calls the rule only until it returns.
   void start(const PairRule& rule);
   /// Waits for the detection and writes its contacts into the bodies, which must not have changed since start(). If
-  /// `looks_at_crossings`, crossing prevention follows at the step's end, and touching features get no contacts with
+  /// `prevents_crossings`, crossing prevention follows at the step's end, and touching features get no contacts with
   /// `ccd`. `released` are nodes that get no contacts with the bodies with which they are tangled.
-  void finish(bool looks_at_crossings, const TangledNodes* released);
+  void finish(bool prevents_crossings, const TangledNodes* released);
 
   /// Removes the face trees that Bullet's prediction built; see FaceTreeWatch. Call it between start() and finish().
   void drop_unread_face_trees(Span<btSoftBody* const> bodies);
@@ -44,7 +44,7 @@ class ContactDetection {
   void hide_flags_of_endless_trees(Span<btSoftBody* const> bodies);
 
  private:
-  bool looks_at_way() const;
+  bool needs_both_ends() const;
   bool looks_for_tangles() const;
   bool has_begun_before(const Contact& contact) const;
   void find_spoilt(Span<const Contact> contacts);

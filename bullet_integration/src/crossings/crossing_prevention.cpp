@@ -16,12 +16,12 @@ constexpr btScalar kLeastGap = 16 * btScalar(std::numeric_limits<float>::epsilon
 constexpr btScalar kGapGrowth = 4;
 constexpr int kMostGaps = 4;
 
-bool looks_at_soft_pairs(const Settings& settings) {
+bool prevents_soft_crossings(const Settings& settings) {
   return settings.detection == Detection::ccd;
 }
 
 bool answers_edges(const Settings& settings) {
-  return !looks_at_soft_pairs(settings) || settings.edge_contacts == EdgeContacts::respond;
+  return !prevents_soft_crossings(settings) || settings.edge_contacts == EdgeContacts::respond;
 }
 
 /// Ignores Settings::accuracy and the filters of neighbouring features: no crossing may be missed, also not within a
@@ -123,7 +123,7 @@ void CrossingPrevention::take_back() {
   }
 }
 
-void CrossingPrevention::look_again(const HeldNodes& held, btScalar time_step) {
+void CrossingPrevention::update_positions(const HeldNodes& held, btScalar time_step) {
   for (const auto& [body, before] : answered_) kind_.move_end(*body, time_step);
   held.put_back();
   std::vector<btSoftBody*> bodies;
@@ -182,7 +182,7 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
 bool CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step) {
   std::vector<btSoftBody*> looked_after;
   for (btSoftBody* body : bodies) {
-    if (looks_at_soft_pairs(settings_) && !has_vertex_face_contacts(kind_.ends, *body)) continue;
+    if (prevents_soft_crossings(settings_) && !has_vertex_face_contacts(kind_.ends, *body)) continue;
     WorldMirror::Member& member = mirror_.require(*body, /*needs_way=*/true);
     restore_start(*body);
     kind_.set_out(*body, time_step);
@@ -200,17 +200,18 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   const bool has_any = require(bodies, surroundings, time_step);
   const PairRule rule_of_all = [&](btSoftBody& a, btSoftBody& b) {
     if (obstacles_.has(a) || obstacles_.has(b)) return obstacles_.collide(a, b);
-    return looks_at_soft_pairs(settings_) && rule(a, b);
+    return prevents_soft_crossings(settings_) && rule(a, b);
   };
   const PairFilter filter = pair_filter(mirror_, rule_of_all);
-  query_.set_pair_filter([&](BodyId a, BodyId b) { return a == b ? looks_at_soft_pairs(settings_) : filter(a, b); });
+  query_.set_pair_filter(
+      [&](BodyId a, BodyId b) { return a == b ? prevents_soft_crossings(settings_) : filter(a, b); });
   answered_.clear();
   constrained_.clear();
   tangled_.begin_step(mirror_, kind_.ends);
   answers_ = {};
   impulses_.clear();
   std::vector<Impact> impacts;
-  if (has_any || !has_looked_at_nothing(query_)) impacts = find_impacts(Pairs::all);
+  if (has_any || !had_no_bodies(query_)) impacts = find_impacts(Pairs::all);
   try {
     if (!impacts.empty()) answer(impacts, time_step);
     if (settings_.read_out == ReadOut::impulses) impulses_.measure(kind_, answered_, time_step);
@@ -245,12 +246,12 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
       break;
     }
     ++answers_.rounds;
-    look_again(held, time_step);
+    update_positions(held, time_step);
     impacts = find_impacts(Pairs::changed);
   }
   answers_.held_nodes = held.size();
   count_unavoidable(impacts);
-  kind_.settle(answered_, answered, zones);
+  kind_.finish(answered_, answered, zones);
   for (const auto& [body, before] : answered_) add_gain(*body, before, answers_);
 }
 

@@ -87,7 +87,7 @@ class CrossingPrevention {
   void take_up(btSoftBody& body, btScalar time_step);
   void note_meeting(const Impact& impact);
   void take_back();
-  void look_again(const HeldNodes& held, btScalar time_step);
+  void update_positions(const HeldNodes& held, btScalar time_step);
   void count_unavoidable(const std::vector<Impact>& impacts);
   void name_unavoidable(Span<btSoftBody* const> bodies) const;
   void name_released(Span<btSoftBody* const> bodies) const;

@@ -36,7 +36,7 @@ void push(Node& node, const btVector3& velocity, const btVector3& shift, btScala
 /// Applies the responses to the nodes' own velocities. These may differ from the mean ones: Bullet moves a body's nodes
 /// for the contacts of later bodies after it has set the body's velocities. If the changes of the mean velocities were
 /// added to them, they could gain energy.
-void settle(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones) {
+void finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones) {
   for (const auto& [body, before] : answered) {
     int node = 0;
     for (const btVector3& velocity : before.velocities) body->m_nodes[node++].m_v = velocity;
@@ -78,7 +78,7 @@ void hold(Node& node) {
   node.m_q = node.m_x;
 }
 
-/// Gives nodes on anchors the velocities that lead to their anchors. Their own velocities are restored in settle().
+/// Gives nodes on anchors the velocities that lead to their anchors. Their own velocities are restored in finish().
 void take_up(btSoftBody& body, btScalar time_step) {
   for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
     Node& node = *body.m_deformableAnchors[i].m_node;
@@ -87,7 +87,7 @@ void take_up(btSoftBody& body, btScalar time_step) {
 }
 
 /// Restores the velocities of nodes on anchors. All other nodes keep the velocities that the responses gave them.
-void settle(const AnsweredBodies& answered, const std::vector<Impact>& /*impacts*/, ImpactZones& /*zones*/) {
+void finish(const AnsweredBodies& answered, const std::vector<Impact>& /*impacts*/, ImpactZones& /*zones*/) {
   for (const auto& [body, before] : answered) {
     for (int i = 0; i < body->m_deformableAnchors.size(); ++i) {
       Node& node = *body->m_deformableAnchors[i].m_node;
@@ -110,7 +110,7 @@ const CrossingsOfKind kClassicCrossings = {
                           btScalar time_step) { return (node.m_x - before.ends[index]) / time_step; },
     .push = classic::push,
     .hold = [](Node& node) { node.m_x = node.m_q; },
-    .settle = classic::settle,
+    .finish = classic::finish,
 };
 
 const CrossingsOfKind kDeformableCrossings = {
@@ -123,7 +123,7 @@ const CrossingsOfKind kDeformableCrossings = {
                           btScalar) { return node.m_v - before.velocities[index]; },
     .push = deformable::push,
     .hold = deformable::hold,
-    .settle = deformable::settle,
+    .finish = deformable::finish,
 };
 
 }  // namespace softcd::bullet

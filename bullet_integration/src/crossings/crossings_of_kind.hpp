@@ -35,7 +35,7 @@ struct CrossingsOfKind {
   /// Holds a node where the step began, with its velocity; after move_end().
   void (*hold)(btSoftBody::Node&);
   /// Called once for all bodies when the ends are final. `impacts` and `zones` are those with a response.
-  void (*settle)(const AnsweredBodies&, const std::vector<Impact>& impacts, ImpactZones& zones);
+  void (*finish)(const AnsweredBodies&, const std::vector<Impact>& impacts, ImpactZones& zones);
 };
 
 extern const CrossingsOfKind kClassicCrossings, kDeformableCrossings;

@@ -12,6 +12,7 @@
 #include "bodies/vectors.hpp"
 #include "softcd/core/vec3.hpp"
 #include "softcd/fields/settings.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::bullet {
 namespace {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
+#include "softcd/mesh/features.hpp"
 #include "softcd/pipeline/serial_bvh.hpp"
 #include "softcd/softcd.hpp"
 #include "softcd/stages/probed_scene.hpp"

@@ -28,7 +28,7 @@ struct StageReport {
 };
 
 /// The end of the step that a discrete detection uses.
-enum class StepEnd : std::uint32_t { t1, t0 };
+enum class StepEnd : std::uint32_t { t0, t1 };
 
 /// The options of a query.
 struct QueryOptions {

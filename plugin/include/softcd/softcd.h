@@ -325,7 +325,7 @@ enum {
 
 /** An end of the step. */
 typedef uint32_t softcd_step_end;
-enum { SOFTCD_T1 = 0, SOFTCD_T0 = 1 };
+enum { SOFTCD_T0 = 0, SOFTCD_T1 = 1 };
 
 /** The options of a query. */
 typedef struct softcd_query_options {

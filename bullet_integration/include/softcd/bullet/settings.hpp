@@ -103,17 +103,17 @@ struct Settings {
   std::uint32_t contacts_per_node = 0;
   /// Whether softcd detects contacts with rigid triangle meshes, at the sum of both margins and along the whole step:
   /// btBvhTriangleMeshShape, also scaled or with materials, GImpact and btHeightfieldTerrainShape; not meshes of
-  /// multibody links. Meshes do not pass between nodes, with `dcd` neither. If false, Bullet collides with each
-  /// triangle as with a plate 0.12 thick.
+  /// multibody links. Meshes do not pass between nodes, even with `dcd`. If false, Bullet collides with each triangle
+  /// as with a plate 0.12 thick.
   bool rigid_meshes = true;
   /// faces_and_edges adds contacts that Bullet's test of nodes misses: shapes' corners on faces, edges on edges, and
   /// nodes that are too fast. Not for planes, ghost objects and soft bodies without faces. docs/use/bullet.md says how
   /// it works and what it does not prevent.
   ConvexShapes convex_shapes = ConvexShapes::nodes;
   /// Whether soft bodies that intersect each other, themselves or rigid triangle meshes (`rigid_meshes`) are moved
-  /// apart. Parts on the wrong side then get no contacts with what they intersect. A closed body that is inside another
-  /// one without touching it stays there. Not for convex shapes, nor in a Dispatcher under a world of Bullet's own
-  /// class. docs/use/bullet.md says how it works.
+  /// apart. Parts on the wrong side then get no contacts with the body that they intersect. A closed body that is
+  /// inside another one without touching it stays there. Not for convex shapes, nor in a Dispatcher under a world of
+  /// Bullet's own class. docs/use/bullet.md says how it works.
   bool untangle = false;
   float untangle_speed = 1;  ///< greatest speed, m/s, at which `untangle` moves a node; above 0
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback apply to pairs of soft

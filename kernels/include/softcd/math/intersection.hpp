@@ -4,6 +4,7 @@
 #include "softcd/core/types.hpp"
 #include "softcd/core/vec3.hpp"
 #include "softcd/math/orientation.hpp"
+#include "softcd/mesh/features.hpp"
 
 /// Tests whether features have a point in common, borders included. The result is exact for all finite float32
 /// coordinates, also for coplanar features and degenerate triangles and segments.

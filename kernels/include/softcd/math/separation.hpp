@@ -102,9 +102,9 @@ struct Differences {
 }  // namespace detail
 
 /// Returns true only where the features stay further apart than `margin` along one direction. If kSwept, at both ends
-/// of a straight-line motion and hence throughout; else at t1. Looks for the direction by a few steps towards the point
-/// next to the origin in the convex hull of all differences of their vertices (Gilbert, An iterative procedure for
-/// computing the minimum of a quadratic form on a convex set, 1966).
+/// of a straight-line motion and hence throughout; else at t1. The direction is that of the point next to the origin in
+/// the convex hull of all differences of their vertices. A few steps approach that point (Gilbert, An iterative
+/// procedure for computing the minimum of a quadratic form on a convex set, 1966).
 template <ContactKind kKind, bool kSwept>
 SOFTCD_HD bool certainly_apart_in_a_direction(const PointMotion<4>& points, float margin) {
   detail::RelativePair<float> t1 = detail::relative_pair<kKind>(points.t1);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "softcd/mesh/features.hpp"
 #include "softcd/mesh/topology.hpp"
 
 namespace softcd {

@@ -21,10 +21,10 @@ SOFTCD_HD inline Vec3d origin_of(const Extent& scene) {
 /// Predictions that a detection makes about positions on a device that the host has not read, apart from each body's
 /// extent.
 struct Predicted {
-  Vec3d origin{0, 0, 0};     ///< the scene's origin, with these positions included
-  Extent others;             ///< extent of all other positions that the origin depends on
-  bool looks_at_t0 = false;  ///< the origin depends on these positions at t0, too
-  bool moves = false;        ///< some vertex has different positions at t0 and t1
+  Vec3d origin{0, 0, 0};  ///< the scene's origin, with these positions included
+  Extent others;          ///< extent of all other positions that the origin depends on
+  bool uses_t0 = false;   ///< the origin depends on these positions at t0, too
+  bool moves = false;     ///< some vertex has different positions at t0 and t1
 };
 
 /// Returns whether vertices are within the predicted extent of their body.
@@ -41,7 +41,7 @@ SOFTCD_HD inline bool is_within(const StepSurvey& seen, const StepSurvey& predic
 SOFTCD_HD inline bool is_as_predicted(const StepSurvey& seen, const Predicted& predicted) {
   Extent extent = predicted.others;
   extent.extend(seen.t1.extent);
-  if (predicted.looks_at_t0) extent.extend(seen.t0.extent);
+  if (predicted.uses_t0) extent.extend(seen.t0.extent);
   return seen.moves == predicted.moves && origin_of(extent) == predicted.origin;
 }
 

@@ -10,6 +10,7 @@
 #include "softcd/math/box.hpp"
 #include "softcd/math/scalar.hpp"
 #include "softcd/math/separation.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/mesh/triangle_edges.hpp"
 
 namespace softcd {

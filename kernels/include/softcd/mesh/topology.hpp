@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "softcd/core/types.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/mesh/triangle_edges.hpp"
 #include "softcd/mesh/vertex_stars.hpp"
 

@@ -8,6 +8,7 @@
 #include "softcd/core/contact.hpp"
 #include "softcd/core/statistics.hpp"
 #include "softcd/grid/partition.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/mesh/predicted_positions.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/mesh/vertex_stars.hpp"

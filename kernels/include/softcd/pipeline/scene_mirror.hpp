@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "softcd/mesh/features.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/mesh/vertex_stars.hpp"
 

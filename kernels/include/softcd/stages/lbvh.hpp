@@ -6,6 +6,7 @@
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/types.hpp"
 #include "softcd/math/box.hpp"
+#include "softcd/mesh/features.hpp"
 
 /// A linear bounding volume hierarchy: triangles in the order of their centres' Morton codes, and the binary radix tree
 /// over them. Karras describes it (Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees, 2012).

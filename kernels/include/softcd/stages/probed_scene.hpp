@@ -6,6 +6,7 @@
 #include "softcd/core/host_device.hpp"
 #include "softcd/core/types.hpp"
 #include "softcd/math/scalar.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/stages/lbvh.hpp"
 
 namespace softcd {

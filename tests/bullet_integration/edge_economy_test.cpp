@@ -1,0 +1,99 @@
+// Settings::contacts chooses contacts of edges, too.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include "exact_contacts.hpp"
+#include "reference_distance.hpp"
+#include "still_sheets.hpp"
+
+namespace softcd::test {
+namespace {
+
+/// Two edges in contact, by their nodes.
+using Edges = std::set<Feature>;
+
+Feature edge_of(const bullet::EdgeContact::Side& side) {
+  return {&side.body->m_nodes[side.nodes[0]], &side.body->m_nodes[side.nodes[1]]};
+}
+
+/// The edges in contact that Bullet's solver is given, behind `node_contacts` contacts of each body's nodes.
+std::set<Edges> given_edges(const std::vector<btSoftBody*>& bodies, const std::vector<int>& node_contacts) {
+  std::set<Edges> given;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const btSoftBody::tSContactArray& contacts = bodies[b]->m_scontacts;
+    for (int i = node_contacts[b]; i + 1 < contacts.size(); i += 2) {
+      given.insert({{contacts[i].m_node, contacts[i + 1].m_node}, feature_of(contacts[i])});
+    }
+  }
+  return given;
+}
+
+/// The distance of an edge from the nearest of the other side's faces at its own edge.
+long double distance_from_faces(const bullet::EdgeContact::Side& edge, const bullet::EdgeContact::Side& other) {
+  const auto end = [&](int i) { return position_of(edge.body->m_nodes[edge.nodes[i]]); };
+  long double nearest = 1e9L;
+  for (int f = 0; f < other.body->m_faces.size(); ++f) {
+    const btSoftBody::Face& face = other.body->m_faces[f];
+    if (!has(face, edge_of(other))) continue;
+    for (int i = 0; i < 3; ++i) {
+      const auto corner = [&](int c) { return position_of(*face.m_n[c % 3]); };
+      nearest = std::min(nearest, distance_edge_edge(end(0), end(1), corner(i), corner(i + 1)));
+      if (i < 2) nearest = std::min(nearest, distance_vertex_triangle(end(i), corner(0), corner(1), corner(2)));
+    }
+  }
+  return nearest;
+}
+
+bool is_end_nearest(const bullet::EdgeContact::Side& side) {
+  return !(side.weights[0] > 0) || !(side.weights[1] > 0);
+}
+
+class EdgeEconomy : public testing::TestWithParam<Detection> {
+ protected:
+  static bullet::Settings settings(bullet::EdgeContacts edges) {
+    bullet::Settings settings = test_settings(GetParam());
+    settings.contacts = Contacts::closest_feature;
+    settings.edge_contacts = edges;
+    return settings;
+  }
+  /// Two sheets that do not intersect.
+  static void build_bumps(Still& still, std::uint64_t seed) {
+    Random random(seed);
+    still.add(bumpy(0, btScalar(0.025), random));
+    still.add(bumpy(btScalar(0.06), btScalar(0.025), random));
+    still.step();
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Detections, EdgeEconomy, testing::Values(Detection::dcd, Detection::ccd),
+                         [](const auto& parameter) { return parameter.param == Detection::dcd ? "dcd" : "ccd"; });
+
+TEST_P(EdgeEconomy, gives_edges_that_are_nearest_along_the_faces_at_them) {
+  std::size_t given_count = 0, dropped_count = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Still without(settings(bullet::EdgeContacts::off));
+    build_bumps(without, seed);
+    std::vector<int> node_contacts;
+    for (const btSoftBody* body : without.bodies()) node_contacts.push_back(body->m_scontacts.size());
+    Still still(settings(bullet::EdgeContacts::respond));
+    build_bumps(still, seed);
+    const std::set<Edges> given = given_edges(still.bodies(), node_contacts);
+    for (const bullet::EdgeContact& contact : still.simulation().detection()->edge_contacts()) {
+      const long double nearest =
+          std::min(distance_from_faces(contact.a, contact.b), distance_from_faces(contact.b, contact.a));
+      const long double gain = static_cast<long double>(contact.distance) - nearest;
+      if (gain > 0 && gain < kRounding) continue;
+      const bool is_nearest = gain <= 0 && !is_end_nearest(contact.a) && !is_end_nearest(contact.b);
+      EXPECT_EQ(given.count({edge_of(contact.a), edge_of(contact.b)}), is_nearest ? 1U : 0U) << double(gain);
+      ++(is_nearest ? given_count : dropped_count);
+    }
+  }
+  EXPECT_GT(given_count, 20U);
+  EXPECT_GT(dropped_count, given_count);
+}
+
+}  // namespace
+}  // namespace softcd::test
