@@ -53,12 +53,14 @@ class PairKeeping {
     if (work_.measures_headroom) stages.measure_headroom();
   }
 
-  /// Whether all pairs of this detection are among the kept ones, by the counts of the comparison.
+  /// Whether all pairs of this detection are among the kept ones, by the counts of the comparison. Returns false, too,
+  /// if the pairs should be found anew with less slack.
   bool is_served(const Counters& counters) {
     learn(lesson(), counters);
     if (counters.escaped > 0) return false;
     kept_.misses = 0;
     kept_.was_of_use = true;
+    if (is_own() && usefulness_->cuts_slack(kept_.slack, kept_.age, kept_.mean_radius)) return false;
     return kept_.has_pairs;
   }
 

@@ -46,8 +46,10 @@ struct BoundTriangle {
   }
 
   SOFTCD_HD void leave_out(std::uint32_t t) const {
-    volumes[t] = empty_kdop();
-    if (scene.is_swept) end_volumes[t] = softcd::end_volumes(empty_kdop(), empty_kdop());
+    constexpr Kdop18 kEmpty = empty_kdop();
+    constexpr EndVolumes kEmptyEnds = softcd::end_volumes(kEmpty, kEmpty);
+    volumes[t] = kEmpty;
+    if (scene.is_swept) end_volumes[t] = kEmptyEnds;
     shapes[t] = {0.0F, 0.0F, 0U, 0.0F};
   }
 
