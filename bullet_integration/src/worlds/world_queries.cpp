@@ -7,10 +7,19 @@
 #include "native/pair_order.hpp"
 
 namespace softcd::bullet {
+namespace {
+
+/// Returns the settings with the world's choice of EdgeContacts where the app leaves it.
+Settings chosen(const WorldKind& kind, Settings settings) {
+  if (settings.edge_contacts == EdgeContacts::automatic) settings.edge_contacts = kind.automatic_edge_contacts;
+  return settings;
+}
+
+}  // namespace
 
 WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
     : kind_(kind),
-      settings_(settings),
+      settings_(chosen(kind, settings)),
       mirror_(kind.contacts.ends, settings_),
       contacts("the step has Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings_),
       crossings("the step prevents no crossings", kind.crossings, mirror_, settings_),
@@ -23,7 +32,7 @@ WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
       rays(kind.ray_targets, settings_) {}
 
 void WorldQueries::set_settings(const Settings& settings) {
-  const Settings before = std::exchange(settings_, settings);
+  const Settings before = std::exchange(settings_, chosen(kind_, settings));
   try {
     follow_settings();
   } catch (...) {
