@@ -382,6 +382,28 @@ TEST(ReusedPairs, serve_while_triangles_move_little) {
   }
 }
 
+// A detection that keeps pairs of grown volumes has no more pairs of its own than one that keeps nothing.
+TEST(ReusedPairs, are_as_many_as_a_search_without_them_finds) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    Watched watched(two_cloths());
+    Watched other(two_cloths());
+    QueryOptions options = looking_for(detection);
+    Query& query = watched.query(options);
+    options.reuse_pairs = false;
+    Query& alone = other.query(options);
+    int keeping = 0;
+    for (std::uint64_t step = 0; step < 24; ++step) {
+      creep(watched, step, 0.002);
+      creep(other, step, 0.002);
+      query.detect();
+      alone.detect();
+      EXPECT_EQ(query.statistics().triangle_pairs, alone.statistics().triangle_pairs) << step;
+      keeping += query.statistics().tests > alone.statistics().tests ? 1 : 0;
+    }
+    EXPECT_GT(keeping, 2);
+  }
+}
+
 TEST(ReusedPairs, serve_segments) {
   Scene scene = two_cloths();
   SceneBody rope = scene[1];

@@ -111,21 +111,19 @@ class BroadPhaseStages {
     backend_.for_each("keep_volumes", triangles(), KeepVolume{w_.volumes.data(), w_.kept.volumes.data(), slack});
   }
 
-  /// Keeps all pairs whose volumes overlap, wherever in these the triangles are. prepare() must have run.
-  void keep_pairs() {
+  /// Keeps all pairs whose volumes overlap, wherever in these the triangles are. Finds this detection's pairs among
+  /// them, by the `present` volumes. prepare() must have run.
+  void keep_pairs(const Kdop18* present) {
     test_share<false>({0, 1}, w_.kept.pairs);
     add_remaining<false>(w_.kept.pairs);
-    expand_patch_pairs<false>(w_.kept.pairs);
+    test_kept_pairs(present);
+    if constexpr (kMayHavePatches) {
+      if (scene_.patch_count > 0) keep_patch_pairs(present);
+    }
   }
 
   /// Finds the pairs among the kept ones.
-  void test_kept_pairs() {
-    if (scene_.is_swept) {
-      test_kept_pairs<true>();
-    } else {
-      test_kept_pairs<false>();
-    }
-  }
+  void test_kept_pairs() { test_kept_pairs(w_.volumes.data()); }
 
  private:
   static constexpr bool kMayHavePatches = Backend::kHasPatches && Scheme::kMayHavePatches;
@@ -372,10 +370,38 @@ class BroadPhaseStages {
                              lists_.patch_pairs.appender(counters_));
   }
 
+  void keep_patch_pairs(const Kdop18* present) {
+    if (scene_.is_swept) {
+      keep_patch_pairs<true>(present);
+    } else {
+      keep_patch_pairs<false>(present);
+    }
+  }
+
   template <bool kSwept>
-  void test_kept_pairs() {
+  void keep_patch_pairs(const Kdop18* present) {
+    const KeepPatchPair<kSwept> keep{
+        {pair_test<false>(), patch_bounds<false>().data(), lists_.patch_pairs.template column<0>().data()},
+        pair_test<kSwept>(present)};
+    const auto keep_all = [&] {
+      backend_.for_each_part_filtered("keep_patch_pairs", lists_.patch_pairs.count(counters_), keep,
+                                      w_.kept.pairs.appender(counters_), lists_.pairs.appender(counters_));
+    };
+    produce(backend_, counters_, keep_all, w_.kept.pairs, lists_.pairs);
+  }
+
+  void test_kept_pairs(const Kdop18* present) {
+    if (scene_.is_swept) {
+      test_kept_pairs<true>(present);
+    } else {
+      test_kept_pairs<false>(present);
+    }
+  }
+
+  template <bool kSwept>
+  void test_kept_pairs(const Kdop18* present) {
     backend_.begin(Stage::tests);
-    const TestKept<kSwept> test_kept{pair_test<kSwept>(), w_.kept.pairs.template column<0>().data()};
+    const TestKept<kSwept> test_kept{pair_test<kSwept>(present), w_.kept.pairs.template column<0>().data()};
     const auto test_all = [&] {
       backend_.for_each_append("test_kept", w_.kept.pairs.count(counters_), test_kept,
                                lists_.pairs.appender(counters_));
@@ -385,7 +411,11 @@ class BroadPhaseStages {
 
   template <bool kSwept>
   PairTest<kSwept> pair_test() {
-    return {scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()};
+    return pair_test<kSwept>(w_.volumes.data());
+  }
+  template <bool kSwept>
+  PairTest<kSwept> pair_test(const Kdop18* volumes) {
+    return {scene_, volumes, w_.end_volumes.data(), w_.shapes.data()};
   }
 
   Count bins() const { return {&counters_->all, w_.bins().count()}; }

@@ -122,9 +122,9 @@ class PairKeeping {
     return true;
   }
 
-  /// Keeps all pairs whose volumes overlap. Called within with_kept_volumes().
+  /// Keeps all pairs whose volumes overlap, and finds this detection's pairs. Called within with_kept_volumes().
   void enqueue_pairs(Stages& stages) const {
-    stages.keep_pairs();
+    stages.keep_pairs(grows_volumes() ? kept_.volumes.data() : w_.volumes.data());
     backend_.run_once("store_kept_counts", StoreKeptCounts{w_.counters.data(), kept_.counts.data()});
   }
 
