@@ -223,12 +223,47 @@ TYPED_TEST(PatchStages, keep_all_pairs_and_find_those_of_the_detection) {
   ASSERT_GT(kept.items.size(), 100U);
   EXPECT_EQ(sorted_from(kept.items, 0), sorted_from(serial.pairs(), serial.pairs().size() - kept.items.size()));
   Collector<std::uint64_t> expected;
-  const TestKept<TypeParam::value> test_kept{keep.test, kept.items.data()};
+  const TestKept<TypeParam::value> test_kept{keep.test, kept.items.data(), 0U};
   for (std::uint32_t i = 0; i < kept.items.size(); ++i) test_kept(i, expected);
   EXPECT_EQ(found.items, expected.items);
   EXPECT_GT(found.items.size(), 50U);
   if (TypeParam::value) {
     EXPECT_LT(found.items.size(), kept.items.size());
+  }
+}
+
+// Whichever triangles have escaped, TestKept and LookUpEscaped together find each pair once.
+TYPED_TEST(PatchStages, have_no_part_in_pairs_of_escaped_triangles) {
+  const HostScene host = host_scene(TypeParam::value);
+  const SceneView scene = host.view_with_patches();
+  HostVolumes bounds(scene);
+  const PairTest<TypeParam::value> test{scene, bounds.volumes.data(), bounds.end_volumes.data(), bounds.shapes.data()};
+  const AllPairs<TypeParam::value> all(scene, test);
+  const std::vector<std::uint64_t> pairs(all.passing.begin(), all.passing.end());
+  Random random(2);
+  for (const std::uint32_t wanted : {0U, 1U, 2U, 15U, 16U, 17U, 40U, kMostEscaped}) {
+    SCOPED_TRACE(wanted);
+    std::set<std::uint32_t> chosen;
+    while (chosen.size() < std::min(wanted, scene.triangle_count / 2)) {
+      const std::uint32_t first = random.below(scene.triangle_count);
+      for (std::uint32_t t = first; t < std::min(first + 3, scene.triangle_count); ++t) chosen.insert(t);
+    }
+    std::vector<std::uint32_t> escaped(chosen.begin(), chosen.end());
+    for (TriangleShape& shape : bounds.shapes) shape.flags &= ~kEscapedTriangle;
+    for (const std::uint32_t t : escaped) bounds.shapes[t].flags |= kEscapedTriangle;
+    const std::uint64_t count = escaped.size();
+    std::vector<Kdop18> groups(kMostEscaped / kEscapedGroup + 1);
+    const EscapedTriangles triangles{escaped.data(), &count};
+    const BoundEscaped bound{triangles, bounds.volumes.data(), groups.data()};
+    for (std::uint32_t group = 0; group < groups.size(); ++group) bound(group);
+    Collector<std::uint64_t> found;
+    const TestKept<TypeParam::value> test_kept{test, pairs.data(), kEscapedTriangle};
+    for (std::uint32_t i = 0; i < pairs.size(); ++i) test_kept(i, found);
+    EXPECT_EQ(found.items.size() == pairs.size(), wanted == 0);
+    const LookUpEscaped<TypeParam::value> look_up{test, triangles, groups.data()};
+    for (std::uint32_t t = 0; t < scene.triangle_count; ++t) look_up(t, found);
+    std::sort(found.items.begin(), found.items.end());
+    EXPECT_EQ(found.items, pairs);
   }
 }
 

@@ -93,11 +93,14 @@ class BroadPhaseStages {
     }
   }
 
-  /// Counts the triangles that are not within the kept volumes.
+  /// Finds the triangles that are not within the kept volumes. Lists no more than kMostEscaped.
   void find_escaped() {
-    const auto counter = [](std::uint64_t& count) { return Appender<CountTarget>{{}, &count, 0}; };
-    backend_.for_each_append("find_escaped", triangles(), FindEscaped{w_.volumes.data(), w_.kept.volumes.data()},
-                             counter(counters_->active), counter(counters_->escaped));
+    w_.kept.escaped.reserve(backend_, kMostEscaped, 0);
+    w_.kept.escaped_groups.reserve(backend_, kMostEscaped / kEscapedGroup, 0);
+    backend_.for_each_append(
+        "find_escaped", triangles(), FindEscaped{w_.volumes.data(), w_.kept.volumes.data(), w_.shapes.data()},
+        Appender<CountTarget>{{}, &counters_->active, 0},
+        Appender<ArrayTarget<std::uint32_t>>{{w_.kept.escaped.data()}, &counters_->escaped, kMostEscaped});
   }
 
   /// Lowers the counters' headroom to the least of all triangles.
@@ -116,14 +119,23 @@ class BroadPhaseStages {
   void keep_pairs(const Kdop18* present) {
     test_share<false>({0, 1}, w_.kept.pairs);
     add_remaining<false>(w_.kept.pairs);
-    test_kept_pairs(present);
+    test_kept_pairs(present, 0U);
     if constexpr (kMayHavePatches) {
       if (scene_.patch_count > 0) keep_patch_pairs(present);
     }
   }
 
-  /// Finds the pairs among the kept ones.
-  void test_kept_pairs() { test_kept_pairs(w_.volumes.data()); }
+  /// Finds the pairs among the kept ones, but for those of escaped triangles.
+  void test_kept_pairs() { test_kept_pairs(w_.volumes.data(), kEscapedTriangle); }
+
+  /// Finds the pairs of escaped triangles. There must be no more than kMostEscaped.
+  void look_up_escaped() {
+    if (scene_.is_swept) {
+      look_up_escaped<true>();
+    } else {
+      look_up_escaped<false>();
+    }
+  }
 
  private:
   static constexpr bool kMayHavePatches = Backend::kHasPatches && Scheme::kMayHavePatches;
@@ -390,18 +402,31 @@ class BroadPhaseStages {
     produce(backend_, counters_, keep_all, w_.kept.pairs, lists_.pairs);
   }
 
-  void test_kept_pairs(const Kdop18* present) {
+  template <bool kSwept>
+  void look_up_escaped() {
+    const EscapedTriangles escaped{w_.kept.escaped.data(), &counters_->escaped};
+    Kdop18* const groups = w_.kept.escaped_groups.data();
+    backend_.for_each("bound_escaped", Count{&counters_->all, kMostEscaped / kEscapedGroup},
+                      BoundEscaped{escaped, w_.volumes.data(), groups});
+    const LookUpEscaped<kSwept> look_up{pair_test<kSwept>(), escaped, groups};
+    const auto look_up_all = [&] {
+      backend_.for_each_append("look_up_escaped", triangles(), look_up, lists_.pairs.appender(counters_));
+    };
+    produce(backend_, counters_, look_up_all, lists_.pairs);
+  }
+
+  void test_kept_pairs(const Kdop18* present, std::uint32_t left_out) {
     if (scene_.is_swept) {
-      test_kept_pairs<true>(present);
+      test_kept_pairs<true>(present, left_out);
     } else {
-      test_kept_pairs<false>(present);
+      test_kept_pairs<false>(present, left_out);
     }
   }
 
   template <bool kSwept>
-  void test_kept_pairs(const Kdop18* present) {
+  void test_kept_pairs(const Kdop18* present, std::uint32_t left_out) {
     backend_.begin(Stage::tests);
-    const TestKept<kSwept> test_kept{pair_test<kSwept>(present), w_.kept.pairs.template column<0>().data()};
+    const TestKept<kSwept> test_kept{pair_test<kSwept>(present), w_.kept.pairs.template column<0>().data(), left_out};
     const auto test_all = [&] {
       backend_.for_each_append("test_kept", w_.kept.pairs.count(counters_), test_kept,
                                lists_.pairs.appender(counters_));

@@ -53,10 +53,11 @@ class PairKeeping {
     if (work_.measures_headroom) stages.measure_headroom();
   }
 
-  /// Whether all pairs of this detection are among the kept ones, by the counts of the comparison.
+  /// Whether to reuse the kept pairs, by the counts of the comparison: at most a few triangles have escaped.
   bool is_served(const Counters& counters) {
     learn(lesson(), counters);
-    if (counters.escaped > 0) return false;
+    if (!have_few_escaped(counters)) return false;
+    work_.looks_up_escaped = counters.escaped > 0;
     kept_.misses = 0;
     kept_.was_of_use = true;
     return kept_.has_pairs;
@@ -65,6 +66,7 @@ class PairKeeping {
   void enqueue_reuse(Stages& stages) const {
     backend_.run_once("restore_kept_counts", RestoreKeptCounts{kept_.counts.data(), w_.counters.data()});
     stages.test_kept_pairs();
+    if (work_.looks_up_escaped) stages.look_up_escaped();
   }
 
   /// Decides what a detection that finds its pairs anew keeps:
@@ -163,8 +165,13 @@ class PairKeeping {
 
   Lesson lesson() const { return {kept_.usefulness, kept_.slack, kept_.mean_radius, kept_.age}; }
 
+  static bool have_few_escaped(const Counters& counters) {
+    constexpr std::uint64_t kShare = 8;
+    return counters.escaped <= kMostEscaped && kShare * counters.escaped <= counters.active;
+  }
+
   void learn(const Lesson& lesson, const Counters& counters) {
-    if (counters.escaped == 0) {
+    if (have_few_escaped(counters)) {
       lesson.usefulness->confirm();
     } else if (work_.measures_headroom) {
       const float move = lesson.slack - counters.headroom;
