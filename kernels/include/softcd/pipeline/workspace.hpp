@@ -374,7 +374,7 @@ class Usefulness {
 /// The results that a detection keeps for later ones, of the same query and of others:
 /// - the volumes of all triangles, grown by some slack;
 /// - if likely to be of use, all pairs of triangles whose volumes overlap.
-/// All pairs of a detection are among the kept pairs as long as each triangle's volume lies within the kept one.
+/// All pairs of triangles whose volumes lie within the kept ones are among the kept pairs.
 template <class Backend>
 struct KeptPairs {
   template <class T>
@@ -383,6 +383,9 @@ struct KeptPairs {
   Buffer<Kdop18> volumes;
   List<Backend, DetectionCounter<&Counters::kept>, ArrayTarget<std::uint64_t>, Buffer<std::uint64_t>> pairs;
   Buffer<KeptCounts> counts;
+  // See LookUpEscaped:
+  Buffer<std::uint32_t> escaped;
+  Buffer<Kdop18> escaped_groups;
   Buffer<SceneBody> grown_bodies;  ///< with partner boxes that the slack has grown
   /// The bodies and pairs of the kept detection, on the host; see SceneView.
   std::vector<SceneBody> bodies;
@@ -417,6 +420,7 @@ struct KeepingWork {
   bool measures_headroom = false;
   bool keeps_volumes = false;  ///< grown by `slack`
   bool keeps_pairs = false;
+  bool looks_up_escaped = false;  ///< beside the kept pairs
   float slack = 0.0F;
 
   friend bool operator==(const KeepingWork&, const KeepingWork&) = default;

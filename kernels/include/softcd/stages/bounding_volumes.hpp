@@ -15,6 +15,8 @@ namespace softcd {
 constexpr std::uint32_t kBigTriangle = 1U << 9;
 /// The triangles of the patch take part one by one.
 constexpr std::uint32_t kLoosePatch = 1U << 10;
+/// The triangle is not within its kept volume. Set by FindEscaped.
+constexpr std::uint32_t kEscapedTriangle = 1U << 11;
 /// The body wants contacts of this kind.
 constexpr std::uint32_t kWantsVertexTriangle = 1U << 7;
 constexpr std::uint32_t kWantsEdgeEdge = 1U << 8;
