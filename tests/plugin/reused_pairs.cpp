@@ -538,32 +538,6 @@ TEST(ReusedPairs, serve_what_rests_after_it_has_moved_far_for_long) {
   EXPECT_LT(looks, 40);
 }
 
-/// What comes to rest needs less slack than while it moved. So fewer pairs are tested after a while.
-TEST(ReusedPairs, become_fewer_when_what_moved_rests) {
-  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    Watched watched(two_cloths());
-    Query& query = watched.query(looking_for(detection));
-    for (std::uint64_t step = 0; step < 24; ++step) {
-      creep(watched, step, 0.002);
-      watched.expect_contacts(query);
-    }
-    watched.move_all();
-    std::uint64_t first_tests = 0;
-    int found_anew = 0;
-    for (int step = 0; step < 160; ++step) {
-      watched.expect_contacts(query);
-      if (!query.statistics().reused_pairs) {
-        ++found_anew;
-      } else if (first_tests == 0) {
-        first_tests = query.statistics().tests;
-      }
-    }
-    EXPECT_TRUE(query.statistics().reused_pairs);
-    EXPECT_LT(query.statistics().tests, first_tests * 9 / 10);
-    EXPECT_LT(found_anew, 10);
-  }
-}
-
 /// Bodies come within each other's reach gradually, so that more and more of their triangles take part.
 TEST(ReusedPairs, serve_triangles_that_come_within_reach) {
   Mesh lower = grid_cloth(12, 12, 0.5);

@@ -53,15 +53,13 @@ class PairKeeping {
     if (work_.measures_headroom) stages.measure_headroom();
   }
 
-  /// Whether to reuse the kept pairs, by the counts of the comparison: at most a few triangles have escaped. Returns
-  /// false, too, if the pairs should be found anew with less slack.
+  /// Whether to reuse the kept pairs, by the counts of the comparison: at most a few triangles have escaped.
   bool is_served(const Counters& counters) {
     learn(lesson(), counters);
     if (!have_few_escaped(counters)) return false;
     work_.looks_up_escaped = counters.escaped > 0;
     kept_.misses = 0;
     kept_.was_of_use = true;
-    if (is_own() && usefulness_->cuts_slack(kept_.slack, kept_.age, kept_.mean_radius)) return false;
     return kept_.has_pairs;
   }
 

@@ -329,14 +329,6 @@ class Usefulness {
     detections_to_rest_ = kRest;
   }
 
-  /// Halves the slack if volumes have lasted far longer than planned: what moved has come to rest, and each detection
-  /// tests pairs that it does not need. Returns whether it has.
-  bool cuts_slack(float slack, int detections, float radius) {
-    if (detections < kLongLife || slack < kLeastSlack * radius) return false;
-    slack_ = 0.5F * slack;
-    return true;
-  }
-
   /// Learns that no triangle moves further than `move` from one detection to the next. `radius` is the mean triangle's.
   void learn(float move, float radius) {
     slack_ = 0.0F;
@@ -358,11 +350,8 @@ class Usefulness {
   /// The number of detections that volumes should last, and that they must last for the pairs to pay.
   static constexpr float kDetections = 6.0F;
   static constexpr float kFewestDetections = 3.0F;
-  /// In mean radii. More slack would add more pair tests than reuse saves. Less adds few.
+  /// In mean radii. More slack would add more pair tests than reuse saves.
   static constexpr float kMostSlack = 0.4F;
-  static constexpr float kLeastSlack = 0.05F;
-  /// A search for each so many detections costs little.
-  static constexpr int kLongLife = 32;
 
   int credit_ = 0;
   int detections_to_rest_ = 0;
