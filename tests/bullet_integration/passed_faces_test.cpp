@@ -96,6 +96,32 @@ TEST(ContactEconomy, pushes_nodes_back_that_end_near_another_face_than_they_have
   }
 }
 
+// Where sheets are through each other, nodes on either side come and go. Pushing them back would keep the sheets so.
+TEST(ContactEconomy, pushes_nodes_on_where_their_edges_start_through_the_face) {
+  constexpr int kLastBelow = 3;
+  Still still(settings_choosing(Contacts::closest_feature));
+  still.add(flat(0));
+  demo::ClothShape step = flat(0, kCell / 4);
+  step.position = [on = step.position](int column, int row) {
+    return on(column, row) + btVector3(0, btScalar(column <= kLastBelow ? -0.01 : 0.05), 0);
+  };
+  btSoftBody& moving = still.add(step);
+  moving.setVelocity(btVector3(0, btScalar(0.02), 0) / kStep);
+  moving.m_cfg.kDP = 0;
+  still.step();
+  int pushed_on = 0;
+  int pushed_back = 0;
+  for (int i = 0; i < moving.m_scontacts.size(); ++i) {
+    const SContact& contact = moving.m_scontacts[i];
+    const auto column = (contact.m_node - &moving.m_nodes[0]) % kNodes;
+    if (column > kLastBelow || btFabs(contact.m_normal.y()) < btScalar(0.99)) continue;
+    EXPECT_EQ(contact.m_normal.y() > 0, column == kLastBelow) << "column " << column;
+    ++(column == kLastBelow ? pushed_on : pushed_back);
+  }
+  EXPECT_GE(pushed_on, kNodes - 1);
+  EXPECT_GE(pushed_back, kLastBelow * (kNodes - 1));
+}
+
 TEST(ContactEconomy, pushes_nodes_out_of_closed_bodies_whichever_way_they_go) {
   for (const btScalar from : {btScalar(1.9), btScalar(2.1)}) {
     Still still(settings_choosing(Contacts::closest_feature));

@@ -218,6 +218,36 @@ int passage(const btSoftBody::Node& node, const btSoftBody::Face& face) {
   return heights[1] > 0 ? 1 : -1;
 }
 
+/// Returns whether the segment from one point to another passes through a triangle.
+bool passes_through(const Vec3d& from, const Vec3d& to, const Vec3d (&x)[3]) {
+  const Vec3d area = cross(x[1] - x[0], x[2] - x[0]);
+  const double heights[2] = {dot(from - x[0], area), dot(to - x[0], area)};
+  if (!(heights[0] * heights[1] < 0)) return false;
+  const Vec3d place = from + heights[0] / (heights[0] - heights[1]) * (to - from);
+  for (int i = 0; i < 3; ++i) {
+    if (dot(area, cross(x[(i + 1) % 3] - x[i], place - x[i])) < 0) return false;
+  }
+  return true;
+}
+
+/// Returns whether an edge of a face at the contact's node passes through the contact's face when the step begins.
+bool starts_through(const MemberContact& found) {
+  const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(found.contact.feature_b)];
+  Vec3d x[3];
+  for (int i = 0; i < 3; ++i) x[i] = to_doubles(face.m_n[i]->*kClassicEnds.start);
+  const BodyMesh& mesh = found.a.mesh;
+  const std::uint32_t node = found.contact.feature_a;
+  for (std::uint32_t i = mesh.first_face_of_node[node]; i < mesh.first_face_of_node[node + 1]; ++i) {
+    const Triangle at_node = mesh.corners(mesh.faces_of_nodes[i]);
+    Vec3d y[3];
+    for (int k = 0; k < 3; ++k) y[k] = to_doubles(node_of(*found.a.body, at_node.v[k]).*kClassicEnds.start);
+    for (int k = 0; k < 3; ++k) {
+      if (passes_through(y[k], y[(k + 1) % 3], x)) return true;
+    }
+  }
+  return false;
+}
+
 /// Returns the contact that Bullet's CollideVF_SS would make, or none if it would make none.
 std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Detection detection) {
   const Contact& contact = found.contact;
@@ -269,7 +299,7 @@ bool has_crossed_to_wrong_side(const MemberContact& found) {
   const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(found.contact.feature_b)];
   const int direction = passage(node_of(*found.a.body, found.contact.feature_a), face);
   const bool leaves_closed_body = direction == found.b.mesh.outward && &found.a != &found.b;
-  return direction != 0 && !leaves_closed_body;
+  return direction != 0 && !leaves_closed_body && !starts_through(found);
 }
 
 bool is_soft_contact(const MemberContact& found, Detection detection) {

@@ -67,7 +67,7 @@ class CrossingPrevention {
            const Surroundings& surroundings = {}, const TangledNodes* released = nullptr);
 
   /// Returns whether run() without bodies would change nothing, because there were none in the last step either.
-  bool is_idle() const { return has_looked_at_nothing(query_) && proxies().empty() && tangled_.empty(); }
+  bool is_idle() const { return had_no_bodies(query_) && proxies().empty() && tangled_.empty(); }
 
   /// Returns the responses of the last step.
   const CrossingAnswers& answers() const { return answers_; }
