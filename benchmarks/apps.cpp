@@ -52,6 +52,7 @@ struct AppRun {
   AppWorldKind world = AppWorldKind::soft_rigid;
   AppDetection detection = AppDetection::bullet;
   int iterations = 1;
+  bool is_driven = false;  ///< whether the app itself moves something
   int frames = 0;
   int frames_with_crossings = 0;
   std::size_t most_crossings = 0, crossings_at_end = 0;
@@ -85,6 +86,7 @@ AppRun simulate(const App& app, AppWorldKind kind, AppDetection detection, int i
   run.world = kind;
   run.detection = detection;
   run.iterations = iterations;
+  run.is_driven = drive != nullptr;
   const AppMotion start_motion = world.motion();
   run.start_energy = start_motion.kinetic_energy;
   run.start_mechanical = start_motion.kinetic_energy + start_motion.potential_energy;
@@ -137,6 +139,42 @@ AppRun simulate_starts(const App& app, AppWorldKind kind, AppDetection detection
   return median_of(std::move(runs));
 }
 
+/// Two energies count as the same if they differ by less than these shares: of the gain, and of the kinetic energy.
+constexpr double kSameGain = 0.1;
+constexpr double kSameEnergy = 0.01;
+
+/// Returns the figures in which a run is worse than Bullet's run of the same app. Kinetic energy is none of them: it
+/// also says how freely bodies fall, and grows if a figure takes along the cloth that it passed through before. The
+/// mechanical energy counts where the app itself moves nothing. A run of Bullet's that ends at positions that are not
+/// numbers is never the better one.
+std::vector<std::string> worse_figures(const AppRun& run, const AppRun& bullet) {
+  std::vector<std::string> figures;
+  if (!std::isfinite(bullet.most_energy)) return figures;
+  if (run.frames_with_crossings > bullet.frames_with_crossings) figures.emplace_back("crossings");
+  if (run.lost_bodies > bullet.lost_bodies) figures.emplace_back("lost");
+  const double allowed_gain = (1 + kSameGain) * bullet.gained_energy + kSameEnergy * bullet.most_energy;
+  if (!run.is_driven && !(run.gained_energy <= allowed_gain)) figures.emplace_back("energy");
+  return figures;
+}
+
+/// Counts the rows of each preset that are worse than Bullet's.
+struct Verdicts {
+  std::array<int, kAppDetections.size()> rows{}, worse{};
+
+  void add(const AppRun& run, bool is_worse) {
+    ++rows[static_cast<std::size_t>(run.detection)];
+    worse[static_cast<std::size_t>(run.detection)] += is_worse ? 1 : 0;
+  }
+  std::string text() const {
+    std::string result;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (rows[i] == 0) continue;
+      result += fmt::format("{}: {} of {} rows worse than Bullet alone\n", kAppDetections[i].name, worse[i], rows[i]);
+    }
+    return result.empty() ? result : "\n" + result;
+  }
+};
+
 nlohmann::ordered_json to_json(const AppRun& run) {
   return {{"app", run.app->name},
           {"world", name_of(kAppWorlds, run.world)},
@@ -170,11 +208,17 @@ std::vector<std::string> to_row(const AppRun& run) {
           fmt::format("{:.3f}", run.step_milliseconds)};
 }
 
+std::string in_words(const std::optional<std::vector<std::string>>& worse) {
+  if (!worse.has_value()) return "";
+  return worse->empty() ? "no" : fmt::format("{}", fmt::join(*worse, ", "));
+}
+
 void run(const AppsOptions& options) {
   Table table({"app", "world", "detection", "iterations", "frames with", "most", "at the end", "J at start", "J, most",
-               "J gained", "farthest", "lost", "ms"},
+               "J gained", "farthest", "lost", "ms", "worse"},
               3);
   nlohmann::ordered_json json = describe_run("apps", options.machine);
+  Verdicts verdicts;
   for (const App& app : apps()) {
     const bool is_wanted =
         options.apps.empty() || std::find(options.apps.begin(), options.apps.end(), app.name) != options.apps.end();
@@ -183,11 +227,22 @@ void run(const AppsOptions& options) {
       for (const int iterations : options.iterations) {
         // Bullet's deformable solver has no position iterations.
         if (world == AppWorldKind::deformable && iterations != options.iterations.front()) continue;
+        std::optional<AppRun> bullet;
         for (const AppDetection detection : options.detections) {
           const AppRun result = simulate_starts(app, world, detection, iterations, options);
-          fmt::print(stderr, "{}\n", fmt::join(to_row(result), " "));
-          table.add(to_row(result));
+          std::optional<std::vector<std::string>> worse;
+          if (detection == AppDetection::bullet) {
+            bullet = result;
+          } else if (bullet.has_value()) {
+            worse = worse_figures(result, *bullet);
+            verdicts.add(result, !worse->empty());
+          }
+          std::vector<std::string> row = to_row(result);
+          row.push_back(in_words(worse));
+          fmt::print(stderr, "{}\n", fmt::join(row, " "));
+          table.add(row);
           json["apps"].push_back(to_json(result));
+          if (worse.has_value()) json["apps"].back()["worse"] = *worse;
         }
       }
     }
@@ -198,8 +253,10 @@ void run(const AppsOptions& options) {
       "edges in one frame, and `at the end`. J: kinetic energy. `J gained`: greatest rise of the kinetic energy plus "
       "that in gravity above the start's, which the app's own motion or Bullet's springs may cause, too. `farthest`: "
       "the largest distance of anything from the origin, m. `lost`: free bodies that have fallen through. ms: median "
-      "of a step.\n\n{}\n",
-      table.text());
+      "of a step. `worse`: the figures that are higher than with Bullet alone, if that ran before: frames with "
+      "crossings, lost bodies, and energy, which is `J gained` in apps that move nothing themselves, more than a tenth "
+      "above Bullet's.\n\n{}{}\n",
+      table.text(), verdicts.text());
   fmt::print("{}", report);
   if (!options.markdown_file.empty()) write_file(options.markdown_file, report);
   if (!options.json_file.empty()) write_json(options.json_file, json);

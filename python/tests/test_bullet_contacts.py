@@ -268,7 +268,7 @@ def edges_of(faces):
 
 
 def test_what_is_not_read_out_is_refused_or_unknown(make_scene, kind):
-    scene = make_scene(kind, read_out="off")
+    scene = make_scene(kind, read_out="off", edge_contacts="off")
     scene.add_box([1, 1, 0.1], [0, 0, -0.1])
     cloth = scene.add_cloth(0.01)
     with pytest.raises(softcd.InvalidInput, match="contacts: read_out is 'off'; .*'contacts' or 'impulses'"):

@@ -48,6 +48,30 @@ TEST(BenchApps, of_soft_bodies_on_soft_bodies_have_no_more_crossings_than_with_b
   }
 }
 
+TEST(BenchApps, say_in_which_figures_a_preset_is_worse_than_bullet) {
+  const TemporaryFolder folder;
+  const Result result =
+      run_program(SOFTCD_BENCH,
+                  "apps --app flag,locked-balls --world deformable --seconds 2 --json " + folder.file("json"), folder);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json runs = nlohmann::json::parse(folder.read("json")).at("apps");
+  ASSERT_EQ(runs.size(), 8U);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const nlohmann::json& run = runs[i];
+    const nlohmann::json& bullet = runs[i - i % 4];
+    EXPECT_EQ(run.contains("worse"), i % 4 != 0) << run;
+    if (i % 4 == 0) continue;
+    std::vector<std::string> worse;
+    if (run["frames_with_crossings"] > bullet["frames_with_crossings"]) worse.emplace_back("crossings");
+    const double gained = run["gained_energy"];
+    // The wind blows the flag.
+    const double allowed = 1.1 * double(bullet["gained_energy"]) + 0.01 * double(bullet["most_energy"]);
+    if (run["app"] == "locked-balls" && gained > allowed) worse.emplace_back("energy");
+    EXPECT_EQ(run["worse"], worse) << run << bullet;
+  }
+  EXPECT_THAT(result.output, testing::HasSubstr("balanced: 0 of 2 rows worse than Bullet alone"));
+}
+
 /// Returns the results of six frames of an app, one for each value of an option.
 std::vector<nlohmann::json> results_with(const std::string& option, const std::vector<std::string>& values) {
   const TemporaryFolder folder;

@@ -48,6 +48,7 @@ class ContactDetection {
   bool looks_for_tangles() const;
   bool has_begun_before(const Contact& contact) const;
   void find_spoilt(Span<const Contact> contacts);
+  bool may_be_released(const MemberContact& found) const;
   void find_tangles(Span<const Contact> contacts);
   bool is_released_from_tangles(const MemberContact& found) const;
   bool is_released(const MemberContact& found) const;
