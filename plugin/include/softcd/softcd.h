@@ -348,8 +348,8 @@ typedef struct softcd_query_options {
    *  Defaults: 1. */
   uint32_t vertex_triangle;
   uint32_t edge_edge; /**< see vertex_triangle */
-  /** If not 0, and without memory_limit, near pairs of triangles are found once and serve several detections, until a
-   *  triangle leaves its enlarged volume. Takes memory, changes no contacts. Default: 1. */
+  /** If not 0, and without memory_limit, near pairs of triangles are found once and serve several detections, until
+   *  many triangles leave their volumes. Takes memory, changes no contacts. Default: 1. */
   uint32_t reuse_pairs;
   /** If not 0, contacts stay in the memory of the scene's CUDA device; see softcd_query_wait_on_device(). Only for
    *  scenes with SOFTCD_BACKEND_CUDA. Default: 0. */
