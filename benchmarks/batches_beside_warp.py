@@ -2,14 +2,15 @@
 """Measures softcd.BatchScene beside NVIDIA Warp's mesh queries, and Newton's detector: pip install warp-lang newton.
 
     python benchmarks/batches_beside_warp.py --environments 1 16 256
+    python benchmarks/batches_beside_warp.py --device cuda:0
 
 All find the pairs of a vertex and a triangle of one cloth that are at most 0.02 apart, without those that share a
 vertex: discrete, in float32, for folded cloths of 1,000 triangles, one in each environment. With Warp, one mesh has all
 environments, as groups of faces. Each step refits its tree, and a kernel tests the faces in a box around each vertex.
 Newton's is the detector of its VBD solver (1.8.0, no public part of it), with a world for each environment. softcd's
 contacts also have normals, weights, distances and an order; the others' are pairs of numbers, at most 32 of a vertex.
-Numbers of pairs are compared. Warp's kernels use one thread on the CPU, and so does softcd here; --threads 0 is for all
-processors.
+Numbers of pairs are compared. Positions are on the device before a step, and results stay there. Warp's kernels use one
+thread on the CPU, and so does softcd here; --threads 0 is for all processors.
 """
 
 import argparse
@@ -67,11 +68,12 @@ class Warp:
         self.device = device
 
     def detect(self, x):
-        self.points.assign(x.reshape(-1, 3))
+        wp.copy(self.points, x)
         self.mesh.refit()
         arguments = [self.mesh.id, self.vertices, REACH, self.counts, self.found]
         wp.launch(near_faces, len(self.points), arguments, device=self.device)
-        return self.counts.numpy()
+        wp.synchronize_device(self.device)
+        return self.counts
 
 
 class Newton:
@@ -91,24 +93,39 @@ class Newton:
         self.detector = TriMeshCollisionDetector(
             self.model, init_collision_info=True, vertex_collision_buffer_pre_alloc=MOST_FACES
         )
+        self.device = device
 
     def detect(self, x):
-        self.model.particle_q.assign(x.reshape(-1, 3))
+        wp.copy(self.model.particle_q, x)
         self.detector.refit_triangles()
         self.detector.vertex_triangle_collision_detection(REACH)
-        return self.detector.vertex_colliding_triangles_count.numpy()
+        wp.synchronize_device(self.device)
+        return self.detector.vertex_colliding_triangles_count
 
 
 class Softcd:
     def __init__(self, environments, x, triangles, arguments):
-        backend = "cpu" if arguments.device == "cpu" else "cuda"
+        self.shape = environments, len(x), 3
+        on_device = arguments.device != "cpu"
+        backend = "cuda" if on_device else "cpu"
         self.scene = softcd.BatchScene(environments, backend=backend, max_threads=arguments.threads)
         self.body = self.scene.add_body(triangles, len(x), margin=REACH / 2, edge_edge=False)
-        self.query = softcd.BatchQuery(self.scene, detection="dcd", accuracy=arguments.accuracy)
+        self.query = softcd.BatchQuery(
+            self.scene, detection="dcd", accuracy=arguments.accuracy, contacts_on_device=on_device
+        )
 
     def detect(self, x):
-        self.scene.set_positions(self.body, x)
-        return np.array([len(self.query.detect().all)])
+        self.scene.set_positions(self.body, x.view(wp.float32).reshape(self.shape))
+        return self.query.detect()
+
+
+def counts_of(found):
+    """Returns numbers of pairs: Warp's and Newton's of each vertex, softcd's of all environments."""
+    if isinstance(found, wp.array):
+        counts = found.numpy()
+        assert counts.max() <= MOST_FACES, "a list is too short"
+        return counts
+    return len(found if isinstance(found, softcd.DeviceContacts) else found.all)
 
 
 def measure(environments, arguments):
@@ -118,13 +135,15 @@ def measure(environments, arguments):
     engines += [engine(environments, x, triangles, arguments.device) for engine in arguments.engines]
     seconds, pairs = [], []
     for _, ends in batches.steps_of(environments, arguments.steps + 2):
+        ends = wp.array(ends.reshape(-1, 3), dtype=wp.vec3, device=arguments.device)
+        wp.synchronize_device(arguments.device)
         times, counts = [], []
         for engine in engines:
             begin = time.perf_counter()
             found = engine.detect(ends)
             times.append(time.perf_counter() - begin)
-            counts.append(int(found.sum()))
-            assert engine is engines[0] or found.max() <= MOST_FACES, "a list is too short"
+            counts.append(int(np.sum(counts_of(found))))
+            del found
         seconds.append(times)
         pairs.append(counts)
     medians = np.median(seconds[2:], axis=0)  # the first two fill lists
@@ -137,7 +156,7 @@ def measure(environments, arguments):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--environments", type=int, nargs="+", default=[4**i for i in range(5)])
+    parser.add_argument("--environments", type=int, nargs="+", default=[4**i for i in range(7)])
     parser.add_argument("--steps", type=int, default=7, help="the number of steps that are measured")
     parser.add_argument("--threads", type=int, default=1, help="the most threads of softcd on the CPU; 0 for all")
     parser.add_argument("--accuracy", default="fast", choices=["fast", "precise", "conservative"])

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h"
 #include "BulletSoftBody/btSoftBody.h"
 #include "random.hpp"
@@ -5,6 +7,7 @@
 #include "scenes/cloth.hpp"
 #include "scenes/simulation.hpp"
 #include "softcd/bullet/world_detection.hpp"
+#include "softcd/bullet/world_probe.hpp"
 #include "timing.hpp"
 
 namespace softcd::benchmarks {
@@ -56,7 +59,13 @@ class BulletScene final : public RivalScene {
   std::unique_ptr<btSoftBody> body_;
 };
 
-constexpr std::size_t kSingleRays = 1000;  ///< after each step
+constexpr std::size_t kRaysOfStep = 1000;  ///< one at a time and as a batch
+
+/// Returns a ray from above to anywhere among the cloths, and beyond.
+Ray random_ray(test::Random& random) {
+  const Vec3d from = Vec3d{0, 3, 0} + random.in_box(2);
+  return segment(from, from + 1.5 * (Vec3d{0, 0.5, 0} + random.in_box(2) - from));
+}
 
 /// Adds three cloths of 400 nodes, held at their edges, one above the other.
 void add_cloths(demo::Simulation& simulation, double margin) {
@@ -72,25 +81,31 @@ SingleRayTime time_single_rays(demo::PlugIn plug_in, double margin, int steps) {
   demo::Simulation simulation(plug_in);
   add_cloths(simulation, margin);
   test::Random random(1);
-  SingleRayTime time = {plug_in == demo::PlugIn::none ? "Bullet's" : "softcd's", margin, 0, 0, 0, 0};
-  const auto cast = [&] {
-    const Vec3d from = Vec3d{0, 3, 0} + random.in_box(2);
-    const Vec3d way = 1.5 * (Vec3d{0, 0.5, 0} + random.in_box(2) - from);
-    btCollisionWorld::ClosestRayResultCallback closest(to_bullet(from), to_bullet(from + way));
+  SingleRayTime time = {plug_in == demo::PlugIn::none ? "Bullet's" : "softcd's", margin, 0, 0, 0, 0, 0, 0};
+  bullet::WorldProbe probe(simulation.world());
+  std::vector<Ray> rays(kRaysOfStep);
+  const auto cast = [&](const Ray& ray) {
+    btCollisionWorld::ClosestRayResultCallback closest(to_bullet(ray.origin), to_bullet(ray.origin + ray.direction));
     simulation.world().rayTest(closest.m_rayFromWorld, closest.m_rayToWorld, closest);
     time.hits += closest.hasHit() ? 1 : 0;
     ++time.rays;
   };
-  std::vector<double> first, next;
+  std::vector<double> first, next, batch;
   for (int step = 0; step <= steps; ++step) {
     simulation.step(btScalar(1.0 / 60));
-    first.push_back(1e3 * milliseconds_of(cast));
-    next.push_back(1e3 / double(kSingleRays) * milliseconds_of([&] {
-                     for (std::size_t ray = 0; ray < kSingleRays; ++ray) cast();
-                   }));
+    for (Ray& ray : rays) ray = random_ray(random);
+    constexpr double kUsOfEach = 1e3 / double(kRaysOfStep);
+    first.push_back(1e3 * milliseconds_of([&] { cast(random_ray(random)); }));
+    next.push_back(kUsOfEach * milliseconds_of([&] { std::for_each(rays.begin(), rays.end(), cast); }));
+    batch.push_back(kUsOfEach * milliseconds_of([&] {
+                      for (const RayHit& hit : probe.soft_bodies().first_hits(rays)) {
+                        time.batch_hits += hit.has_hit() ? 1 : 0;
+                      }
+                    }));
   }
   time.first_us = median_without_first(first);
   time.next_us = median_without_first(next);
+  time.batch_us = median_without_first(batch);
   return time;
 }
 

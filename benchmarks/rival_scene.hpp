@@ -33,14 +33,16 @@ class RivalScene {
 /// softcd's, because Bullet takes time quadratic in the faces to build its own.
 std::unique_ptr<RivalScene> make_bullet_scene(const std::vector<Triangle>& triangles, const std::vector<Vec3f>& x);
 
-/// The time of single rays, traced one at a time to the first hit in a world of three cloths.
+/// The time of rays in a world of three cloths, each traced to the first hit.
 struct SingleRayTime {
   std::string world;
   double margin;             ///< of the cloths
   double first_us, next_us;  ///< medians over the steps: first ray after a step, and each later one
-  std::size_t rays, hits;
+  double batch_us;           ///< each ray of a batch by WorldProbe, with reading all bodies
+  std::size_t rays, hits;    ///< of the single rays
+  std::size_t batch_hits;    ///< of as many rays in batches
 };
-/// Measures rayTest of Bullet's classic world and of softcd's.
+/// Measures rayTest of Bullet's classic world and of softcd's, and batches in both.
 std::vector<SingleRayTime> time_single_rays(int steps);
 #endif
 #ifdef SOFTCD_BENCH_HAS_EMBREE

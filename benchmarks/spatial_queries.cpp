@@ -133,19 +133,23 @@ class Benchmark {
     std::string text;
 #ifdef SOFTCD_BENCH_HAS_BULLET
     if (!options_.measures_rivals) return text;
-    Table table({"world", "margin", "rays", "hits", "first ray us", "next rays us"}, 1);
+    Table table({"world", "margin", "rays", "hits", "first ray us", "next rays us", "rays of batches us", "their hits"},
+                1);
     for (const SingleRayTime& time : time_single_rays(std::max(options_.repetitions, 30))) {
       table.add({time.world, fmt::format("{:.2f}", time.margin), fmt::to_string(time.rays), fmt::to_string(time.hits),
-                 fmt::format("{:.1f}", time.first_us), fmt::format("{:.2f}", time.next_us)});
+                 fmt::format("{:.1f}", time.first_us), fmt::format("{:.2f}", time.next_us),
+                 fmt::format("{:.2f}", time.batch_us), fmt::to_string(time.batch_hits)});
       json_["single_rays"].push_back({{"world", time.world},
                                       {"margin", time.margin},
                                       {"rays", time.rays},
                                       {"hits", time.hits},
                                       {"first_us", time.first_us},
-                                      {"next_us", time.next_us}});
+                                      {"next_us", time.next_us},
+                                      {"batch_us", time.batch_us}});
     }
-    text = fmt::format("rayTest of a world with three cloths of 400 nodes, after each step one ray at a time\n\n{}\n",
-                       table.text());
+    text = fmt::format(
+        "Rays in a world with three cloths of 400 nodes, after each step: rayTest, and batches of WorldProbe\n\n{}\n",
+        table.text());
 #endif
     return text;
   }
@@ -218,7 +222,9 @@ void add_spatial_queries(CLI::App& app, SpatialQueryOptions& options) {
       "with\n"
       "Bullet's btSoftBody::rayTest and, if this build has it, with Embree 3. Median times in milliseconds; build is\n"
       "the time of one question after positions have changed.\n\n"
-      "Then rays one at a time: rayTest of Bullet's world with three cloths, and of softcd's, in microseconds.\n\n"
+      "Then, in microseconds, rays among three cloths in Bullet's world and in softcd's: one at a time by rayTest, and "
+      "in\n"
+      "batches by a WorldProbe.\n\n"
       "Then, in microseconds for a question about the mesh and balls near it: their distances and their intersecting\n"
       "triangles, beside a test of all pairs of triangles for a few. And about the mesh alone: its self-intersections\n"
       "(no rival); triangles in capsules and convex hulls, beside Bullet's contactPairTest of a triangle mesh (GJK in\n"

@@ -35,6 +35,11 @@ function(softcd_target_options target)
       $<$<COMPILE_LANGUAGE:CXX>:/fp:precise /permissive- /Zc:__cplusplus /utf-8 /bigobj /W3>)
     return()
   endif()
+  if(MINGW AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # Of the copies of an inline function, the linker keeps one. g++ for Windows takes that of the source it compiles for it,
+    # and expects registers that this copy leaves alone to survive a call.
+    target_compile_options(${target} PRIVATE -fno-ipa-ra)
+  endif()
   set(warnings -Wall -Wextra -Wshadow -Wconversion -Wnon-virtual-dtor -Woverloaded-virtual)
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>
                                            $<$<COMPILE_LANGUAGE:CXX>:${warnings} -Wpedantic>)
@@ -48,15 +53,29 @@ function(softcd_target_options target)
 endfunction()
 
 # The folder of a program or library, to its dynamic loader. Windows looks there anyway.
-set(SOFTCD_RPATH_ORIGIN "$ORIGIN")
+set(SOFTCD_RPATH_ORIGIN "$ORIGIN" CACHE INTERNAL "")
 if(APPLE)
-  set(SOFTCD_RPATH_ORIGIN "@loader_path")
+  set(SOFTCD_RPATH_ORIGIN "@loader_path" CACHE INTERNAL "")
 endif()
 
 # Libraries that users link. Shared ones stand beside those of incompatible versions, and find each other.
 function(softcd_library_options target)
   set_target_properties(${target} PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${SOFTCD_ABI_VERSION}
                                              INSTALL_RPATH "${SOFTCD_RPATH_ORIGIN}")
+endfunction()
+
+# A module that another program loads. It finds libraries beside it, and exports only names that match `pattern`. Windows
+# exports what is declared so.
+function(softcd_module_options target pattern)
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "${SOFTCD_RPATH_ORIGIN}")
+  if(APPLE)
+    target_link_options(${target} PRIVATE "LINKER:-exported_symbol,_${pattern}")
+  elseif(UNIX)
+    set(version_script "${CMAKE_CURRENT_BINARY_DIR}/${target}.map")
+    file(CONFIGURE OUTPUT "${version_script}" CONTENT "{ global: ${pattern}; local: *; };\n")
+    target_link_options(${target} PRIVATE "LINKER:--version-script=${version_script}")
+    set_target_properties(${target} PROPERTIES LINK_DEPENDS "${version_script}")
+  endif()
 endfunction()
 
 # If Bullet's headers are precompiled, g++ warns of vectors that Bullet leaves uninitialized on purpose.

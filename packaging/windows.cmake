@@ -6,6 +6,8 @@ set(CMAKE_CXX_COMPILER x86_64-w64-mingw32-g++-posix)
 set(CMAKE_RC_COMPILER x86_64-w64-mingw32-windres)
 set(CMAKE_CROSSCOMPILING_EMULATOR wine)
 list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES SOFTCD_CROSS_PREFIX)
+# The libraries have inline functions, too: cmake/SoftcdTargets.cmake has the reason.
+set(CMAKE_CXX_FLAGS_INIT "-fno-ipa-ra")
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-L${SOFTCD_CROSS_PREFIX}/lib")
 set(CMAKE_FIND_ROOT_PATH "${SOFTCD_CROSS_PREFIX}")
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)

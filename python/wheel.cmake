@@ -16,7 +16,7 @@ unset(CMAKE_UNITY_BUILD)
 
 # Installs a module, and the shared libraries that it needs beside it: a wheel has all it needs.
 function(softcd_wheel_module target)
-  if(SOFTCD_WHEEL_LIBRARIES)
+  if(SOFTCD_WHEEL_LIBRARIES AND UNIX AND NOT APPLE)
     # Functions that nothing calls may need a newer glibc.
     target_link_options(${target} PRIVATE -static-libstdc++ LINKER:--gc-sections)
   endif()

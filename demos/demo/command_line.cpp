@@ -25,8 +25,10 @@ constexpr int kFewestPixels = 16;  // smallest width and height of a picture
 constexpr int kMostPixels = 8192;
 constexpr std::array<Choice<Collision>, 3> kCollisions = {
     {{"softcd", Collision::softcd}, {"bullet", Collision::bullet}, {"off", Collision::off}}};
-constexpr std::array<Choice<bullet::EdgeContacts>, 2> kEdgeContacts = {
-    {{"off", bullet::EdgeContacts::off}, {"respond", bullet::EdgeContacts::respond}}};
+constexpr std::array<Choice<bullet::EdgeContacts>, 3> kEdgeContacts = {
+    {{"off", bullet::EdgeContacts::off},
+     {"respond", bullet::EdgeContacts::respond},
+     {"automatic", bullet::EdgeContacts::automatic}}};
 
 constexpr std::array<Choice<bullet::Settings (*)()>, 3> kPresets = {
     {{"fast", bullet::Settings::fast}, {"balanced", bullet::Settings::balanced}, {"safe", bullet::Settings::safe}}};

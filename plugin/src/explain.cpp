@@ -8,7 +8,8 @@ namespace {
 StageReport explain_grid(const QueryOptions& options, const Statistics& statistics) {
   if (statistics.reused_pairs) {
     return {"broad phase", false,
-            fmt::format("no triangle has left its volume of an earlier detection, whose {} pairs were tested",
+            fmt::format("all triangles, or all but a few that were looked up, are within their volumes of an "
+                        "earlier detection, whose {} pairs were tested",
                         statistics.tests)};
   }
   if (options.broad_phase == BroadPhase::uniform) {

@@ -1,5 +1,8 @@
 """Audits a vertex-triangle test in NVIDIA Warp, in float32, over its mesh queries: pip install warp-lang."""
 
+# Types in kernels are Warp's, which pyright does not know:
+# pyright: reportArgumentType=false, reportOperatorIssue=false
+
 import numpy as np
 import warp as wp
 

@@ -8,7 +8,7 @@ import numpy as np
 import pybullet
 
 CARRIAGE, UPPER, LOWER = range(3)  # links of the gripper
-FINGER_MASS = 0.05  # kg
+FINGER_MASS, HAND_MASS = 0.05, 0.001  # kg
 
 
 def grid(side, width):
@@ -18,6 +18,18 @@ def grid(side, width):
     a, b, c, d = (corner[i : side - 1 + i, j : side - 1 + j].ravel() for i in (0, 1) for j in (0, 1))
     triangles = np.concatenate([np.stack([a, c, b], axis=1), np.stack([b, c, d], axis=1)])
     return np.stack([x, y, np.zeros_like(x)], axis=1), triangles
+
+
+def tube(line, up, radius, around=4):
+    """Returns the vertices of a tube along a line in the x-z plane, ring by ring, and its triangles, without caps.
+
+    `up` has the unit vectors across the line and y."""
+    angle = 2 * np.pi * (np.arange(around) + 0.5) / around
+    rings = radius * (np.cos(angle)[:, None] * [[[0, 1, 0]]] + np.sin(angle)[:, None] * up[:, None])
+    a = np.arange(len(line) * around).reshape(-1, around)[:-1]
+    b = np.roll(a, -1, axis=1)
+    sides = [np.stack(each, axis=-1).reshape(-1, 3) for each in ((a, a + around, b), (b, a + around, b + around))]
+    return (line[:, None] + rings).reshape(-1, 3), np.concatenate(sides)
 
 
 def load_mesh(vertices, triangles, **options):
@@ -51,6 +63,17 @@ def move_gripper(gripper, time, grip):
         pybullet.setJointMotorControl2(gripper, finger, pybullet.POSITION_CONTROL, place, force=grip, positionGain=0.3)
     speed = np.clip(time - 1, 0, 0.3)
     pybullet.setJointMotorControl2(gripper, CARRIAGE, pybullet.VELOCITY_CONTROL, targetVelocity=speed, force=500)
+
+
+def make_hand(body, nodes, place):
+    """Makes a body without a shape that holds nodes of a soft body in PyBullet's soft world.
+
+    PyBullet never releases such nodes there: removeConstraint() does nothing to them. So a hand weighs 1 g. Set its place
+    in each step to move it, and leave it alone to let go. It then stays on the nodes."""
+    hand = pybullet.createMultiBody(HAND_MASS, basePosition=place, useMaximalCoordinates=1)
+    for node in nodes:
+        pybullet.createSoftBodyAnchor(body, int(node), hand, -1)
+    return hand
 
 
 class Video:

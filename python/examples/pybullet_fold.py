@@ -8,7 +8,7 @@ import numpy as np
 import pybullet
 import softcd.bullet
 
-from pybullet_common import Video, grid, load_mesh
+from pybullet_common import HAND_MASS, Video, grid, load_mesh, make_hand
 
 STEP, GRAVITY, MASS = 1 / 240, 10, 0.2
 SIDE, WIDTH = 17, 0.6
@@ -34,16 +34,13 @@ def run(preset, video):
     cloth = load_mesh(vertices, triangles, basePosition=[0, 0, 0.01], mass=MASS, springElasticStiffness=40,
                       collisionMargin=0.006, frictionCoeff=0.5)  # fmt: skip
     places = [[*vertices[node, :2], 0.01] for node in CORNERS]
-    hands = [pybullet.createMultiBody(0, basePosition=place, useMaximalCoordinates=1) for place in places]
-    anchors = [pybullet.createSoftBodyAnchor(cloth, node, hand, -1) for node, hand in zip(CORNERS, hands)]
+    hands = [make_hand(cloth, [node], place) for node, place in zip(CORNERS, places)]
     settings = {"preset": preset, "self_collision": "all", "read_out": "impulses"}
     attachment = None if preset is None else softcd.bullet.attach(**settings)
     bodies, worst, lifts, pairs = softcd.bullet.SoftBodies(), 0, [], np.empty((0, 2))
     for step in range(1, 961):
-        carry(hands, step * STEP)
-        if step == 660:  # let go
-            for anchor in anchors:
-                pybullet.removeConstraint(anchor)
+        if step < 660:  # then they let go
+            carry(hands, step * STEP)
         pybullet.stepSimulation()
         if attachment is not None:
             lifts.append(attachment.contacts().force_on(cloth, by=table)[2])
@@ -57,7 +54,8 @@ def run(preset, video):
     print(f"{preset or 'PyBullet alone'}: {worst} pairs of triangles intersect in the worst step,", end=" ")
     print(f"{len(pairs)} at the end; corners are {1000 * apart:.0f} mm apart", end="")
     if lifts:
-        print(f"; the table carries {np.mean(lifts[-120:]):.4f} N, the cloth weighs {MASS * GRAVITY:.4f} N", end="")
+        print(f"; the table carries {np.mean(lifts[-120:]):.4f} N,", end=" ")
+        print(f"the cloth and what holds it weigh {(MASS + 2 * HAND_MASS) * GRAVITY:.4f} N", end="")
     print(".")
 
 

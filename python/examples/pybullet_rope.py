@@ -9,23 +9,11 @@ import numpy as np
 import pybullet
 import softcd.bullet
 
-from pybullet_common import Video, load_mesh, make_gripper, move_gripper
+from pybullet_common import Video, load_mesh, make_gripper, move_gripper, tube
 
 STEP, GRAVITY = 1 / 240, np.array([0, 0, -10])
 MASS, LENGTH, RADIUS, GRIP = 0.1, 0.6, 0.015, 5  # kg, m, m, N
-RINGS, AROUND = 25, 4
-
-
-def tube():
-    """Returns the vertices of a tube along x, ring by ring, and its triangles, without caps."""
-    angle = 2 * np.pi * (np.arange(AROUND) + 0.5) / AROUND
-    ring = RADIUS * np.stack([np.zeros(AROUND), np.cos(angle), np.sin(angle)], axis=1)
-    along = np.linspace(-LENGTH / 2, LENGTH / 2, RINGS)[:, None, None] * [[[1, 0, 0]]]
-    a = np.arange(RINGS * AROUND).reshape(RINGS, AROUND)[:-1]
-    b = np.roll(a, -1, axis=1)
-    sides = [np.stack(each, axis=-1).reshape(-1, 3) for each in ((a, a + AROUND, b), (b, a + AROUND, b + AROUND))]
-    return (ring + along).reshape(-1, 3), np.concatenate(sides)
-
+RINGS = 25
 
 video = Video.of_arguments(__doc__, target=[0.1, 0, 0.2], distance=1.5)
 pybullet.connect(pybullet.DIRECT)
@@ -34,8 +22,9 @@ pybullet.setPhysicsEngineParameter(fixedTimeStep=STEP)
 pybullet.setGravity(*GRAVITY)
 table = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.2, 0.35, 0.1])
 pybullet.createMultiBody(0, table, basePosition=[-0.04, 0, -0.1])
-rope = load_mesh(*tube(), basePosition=[0, 0, 0.025], mass=MASS, springElasticStiffness=100, collisionMargin=0.01,
-                 frictionCoeff=1)  # fmt: skip
+line = np.linspace([-LENGTH / 2, 0, 0], [LENGTH / 2, 0, 0], RINGS)
+rope = load_mesh(*tube(line, np.array([[0, 0, 1]]), RADIUS), basePosition=[0, 0, 0.025], mass=MASS,
+                 springElasticStiffness=100, collisionMargin=0.01, frictionCoeff=1)  # fmt: skip
 gripper = make_gripper([0.24, 0, 0.025])
 attachment, bodies = softcd.bullet.attach(read_out="impulses"), softcd.bullet.SoftBodies()
 before, means = np.zeros(3), np.zeros(3)

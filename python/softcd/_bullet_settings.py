@@ -33,6 +33,8 @@ class EdgeContacts(enum.Enum):
     """They are detected, for Attachment.edge_contacts() only."""
     respond = "respond"
     """They are detected and given to Bullet's solver."""
+    automatic = "automatic"
+    """respond in the deformable world, off in the soft world."""
 
 
 class Contacts(enum.Enum):
@@ -88,7 +90,7 @@ class Settings(TypedDict, total=False):
     """Whether pairs found in one step serve later ones; changes no contact."""
     self_collision: SelfCollision | Literal["flagged", "all", "none"]
     """Which bodies collide with themselves."""
-    edge_contacts: EdgeContacts | Literal["off", "report", "respond"]
+    edge_contacts: EdgeContacts | Literal["off", "report", "respond", "automatic"]
     """Whether edges touch edges."""
     contacts: Contacts | Literal["all", "closest_feature", "automatic"]
     """Which contacts of a node the solver gets."""

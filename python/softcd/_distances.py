@@ -14,34 +14,34 @@ Array = Any
 class Functions(Protocol):
     """The functions of a package that arrays lack. `axis` counts from 0."""
 
-    def where(self, condition: Array, a: Any, b: Any) -> Array: ...
-    def cross(self, a: Array, b: Array) -> Array: ...
-    def stack(self, arrays: list[Array]) -> Array:
+    def where(self, condition: Array, a: Any, b: Any, /) -> Array: ...
+    def cross(self, a: Array, b: Array, /) -> Array: ...
+    def stack(self, arrays: list[Array], /) -> Array:
         """Stacks columns of shape (k,) to (k, n)."""
         ...
 
-    def clip(self, values: Array) -> Array:
+    def clip(self, values: Array, /) -> Array:
         """Limits to [0, 1]."""
         ...
 
-    def pick(self, values: Array, place: Array) -> Array:
+    def pick(self, values: Array, place: Array, /) -> Array:
         """Returns values[i, place[i]] for each i."""
         ...
 
-    def constant(self, values: Array) -> Array:
+    def constant(self, values: Array, /) -> Array:
         """Returns the values without their derivatives."""
         ...
 
-    def zeros(self, values: Array) -> Array:
+    def zeros(self, values: Array, /) -> Array:
         """Returns zeros of the values' shape and type."""
         ...
 
-    def largest(self, arrays: list[Array]) -> Array:
+    def largest(self, arrays: list[Array], /) -> Array:
         """Returns the largest absolute value in the rows of all arrays, of shape (k,)."""
         ...
 
-    def eps(self, values: Array) -> float: ...
-    def length(self, a: Array, b: Array, c: Array, s: Array, t: Array, normal: Array, signed: bool) -> Array:
+    def eps(self, values: Array, /) -> float: ...
+    def length(self, a: Array, b: Array, c: Array, s: Array, t: Array, normal: Array, signed: bool, /) -> Array:
         """Returns difference_of() as a length, with the derivatives of unit_of(): without those of s and t."""
         ...
 

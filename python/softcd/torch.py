@@ -244,7 +244,8 @@ class _Length(torch.autograd.Function):
         ctx.signed = inputs[-1]
 
     @staticmethod
-    def backward(ctx: Any, gradient: torch.Tensor) -> tuple[torch.Tensor | None, ...]:
+    def backward(ctx: Any, *grad_outputs: torch.Tensor) -> tuple[torch.Tensor | None, ...]:
+        (gradient,) = grad_outputs
         a, b, c, s, t, normal = ctx.saved_tensors
         along_unit = gradient[:, None] * unit_of(_FUNCTIONS, difference_of(a, b, c, s, t), normal, ctx.signed)
         return along_unit, -s[:, None] * along_unit, -t[:, None] * along_unit, None, None, None, None

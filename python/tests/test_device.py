@@ -184,6 +184,52 @@ def test_contacts_of_environments_are_those_of_the_cpu():
     assert pending.capacity >= len(contacts) == len(ticket.wait())
 
 
+@pytest.mark.parametrize("detection", ["dcd", "ccd"])
+def test_contacts_of_an_environment_do_not_depend_on_their_number(detection):
+    (_, _, triangles), ends = step_of(0, np.float32), [step_of(i, np.float32)[:2] for i in range(20)]
+    expected = None
+    for environments in (20, 1, 7):
+        scene = softcd.BatchScene(environments, backend="cuda")
+        body = scene.add_body(triangles, len(ends[0][0]), margin=0.001)
+        scene.set_positions(body, *(torch_array(np.stack(each)) for each in zip(*ends[:environments])))
+        found = [own.tobytes() for own in softcd.BatchQuery(scene, detection=detection).detect()]
+        expected = expected or found
+        assert found == expected[:environments] and min(map(len, found)) > 0
+
+
+@pytest.mark.parametrize("package", ["torch", "cupy", "jax", "warp"])
+def test_ranges_of_environments_are_read_in_place(package):
+    """Each package reads the device's memory without a copy, and a column with the same memory."""
+    pytest.importorskip(package)
+    environments, (_, _, triangles) = 6, step_of(0, np.float32)
+    ends = [step_of(i, np.float32)[:2] for i in range(environments)]
+    scene = softcd.BatchScene(environments, backend="cuda")
+    body = scene.add_body(triangles, len(ends[0][0]), margin=0.001)
+    scene.set_positions(body, *(torch_array(np.stack(each)) for each in zip(*ends)))
+    contacts = softcd.BatchQuery(scene, detection="ccd", contacts_on_device=True).detect()
+    ranges = contacts.environment_begin, contacts.environment_end
+    expected = [torch.from_dlpack(array) for array in ranges]
+    if package == "torch":
+        read = [(array.data_ptr(), array.cpu().numpy()) for array in expected]
+    elif package == "cupy":
+        import cupy
+
+        read = [(array.data.ptr, array.get()) for array in map(cupy.from_dlpack, ranges)]
+    elif package == "jax":
+        import jax
+
+        with jax.enable_x64(True):
+            read = [(each.unsafe_buffer_pointer(), np.asarray(each)) for each in map(jax.dlpack.from_dlpack, ranges)]
+    else:
+        import warp
+
+        read = [(array.ptr, array.numpy()) for array in map(warp.from_dlpack, ranges)]
+    for (pointer, values), array in zip(read, expected):
+        assert pointer == array.data_ptr()
+        np.testing.assert_array_equal(values, array.cpu().numpy())
+    assert (expected[1] - expected[0]).sum().item() == len(contacts) > 0
+
+
 def test_contacts_are_told_of_before_anybody_waits():
     """A stream of torch's reads contacts as soon as they are there. The host waits later, to compare."""
     t0, t1, triangles = step_of(6, np.float32)

@@ -181,6 +181,29 @@ TEST(EdgeContacts, are_reported_of_ridges_that_pass_through_each_other_without_a
   }
 }
 
+TEST(EdgeContacts, hold_ridges_by_default_in_deformable_worlds_only) {
+  bullet::Settings settings;
+  settings.backend = backend_under_test();
+  for (const World world : {World::deformable, World::attached_deformable}) expect_ridges_to_rest(world, settings);
+  for (const World world : {World::one_line, World::multi_body, World::dispatcher, World::attached}) {
+    EXPECT_FALSE(fall_through(RidgeWorld(world, settings))) << name_of(world);
+  }
+}
+
+TEST(EdgeContacts, stay_the_choice_of_the_world_if_settings_change) {
+  for (const World world : {World::one_line, World::attached, World::deformable, World::attached_deformable}) {
+    SCOPED_TRACE(name_of(world));
+    const EdgeContacts choice = is_deformable(world) ? EdgeContacts::respond : EdgeContacts::off;
+    bullet::Settings settings = cpu_settings();
+    settings.edge_contacts = EdgeContacts::report;
+    AnySimulation simulation(world, settings);
+    EXPECT_EQ(simulation.detection().settings().edge_contacts, EdgeContacts::report);
+    settings.edge_contacts = EdgeContacts::automatic;
+    simulation.detection().set_settings(settings);
+    EXPECT_EQ(simulation.detection().settings().edge_contacts, choice);
+  }
+}
+
 struct MassPoint {
   btVector3 position{0, 0, 0}, velocity{0, 0, 0};
 };

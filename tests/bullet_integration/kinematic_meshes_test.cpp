@@ -197,6 +197,20 @@ TEST_P(KinematicMeshes, that_are_put_behind_a_curtain_leave_it_alone) {
   EXPECT_LT(fastest, 1);
 }
 
+// By less than its own size. An app that deletes a mesh and makes another one may get its address again.
+TEST_P(KinematicMeshes, that_were_removed_and_come_back_behind_a_curtain_leave_it_alone) {
+  add_walker(kStaticAndKinematic);
+  simulation.step([&](btScalar) { see(); });
+  simulation.world().removeRigidBody(walker.body);
+  walker.body->setWorldTransform(pose_at(btScalar(0.3)));
+  walker.body->setInterpolationWorldTransform(pose_at(btScalar(0.3)));
+  simulation.world().addRigidBody(walker.body);
+  simulation.step([&](btScalar) { see(); });
+  see();
+  EXPECT_EQ(answered, 0);
+  EXPECT_LT(fastest, 1);
+}
+
 // The curtain fits between the mesh and the wall.
 TEST_P(KinematicMeshes, push_a_curtain_against_a_wall) {
   add_walker(kStaticAndKinematic);

@@ -59,7 +59,7 @@ TEST(Settings, of_a_preset_are_those_of_its_function_and_may_change) {
   EXPECT_EQ(read("preset=fast").accuracy, Settings::fast().accuracy);
   EXPECT_EQ(read("preset=safe detection=dcd").detection, Detection::dcd);
   EXPECT_EQ(read("preset=safe detection=dcd").edge_contacts, EdgeContacts::respond);
-  EXPECT_EQ(read("preset=safe preset=balanced").edge_contacts, EdgeContacts::off);
+  EXPECT_EQ(read("preset=safe preset=balanced").edge_contacts, EdgeContacts::automatic);
   EXPECT_EQ(problem_with("preset=best"), "preset: 'best' is none of fast, balanced, safe.");
 }
 

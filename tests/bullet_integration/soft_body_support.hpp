@@ -42,11 +42,12 @@ inline std::string plug_in_name(const testing::TestParamInfo<demo::PlugIn>& para
   return name_of(parameter.param);
 }
 
-/// With all contacts, which tests compare with Bullet's own and with exact ones.
+/// With the contacts of Bullet's own rules, which tests compare with Bullet's and with exact ones.
 inline bullet::Settings settings_on(Backend backend, Detection detection) {
   bullet::Settings settings;
   settings.backend = backend;
   settings.detection = detection;
+  settings.edge_contacts = bullet::EdgeContacts::off;
   settings.contacts = bullet::Contacts::all;
   return settings;
 }

@@ -49,8 +49,10 @@ struct Counted {
 /// Whether FindEscaped reports a triangle with this volume.
 bool escapes(const Kdop18& volume, const Kdop18& kept) {
   Counted active, escaped;
-  FindEscaped{&volume, &kept}(0, active, escaped);
+  TriangleShape shape{};
+  FindEscaped{&volume, &kept, &shape}(0, active, escaped);
   EXPECT_EQ(active.count, 1U);
+  EXPECT_EQ((shape.flags & kEscapedTriangle) != 0U, escaped.count > 0);
   return escaped.count > 0;
 }
 

@@ -63,7 +63,7 @@ void WorldMirror::set_filters(const btSoftBody& body, BodyFilters filters) {
   validate(body, filters);
   KeptFilters kept = {std::move(filters), {}, last_filters_ + 1, false};
   kept.x_rest = rest_positions(body, kept.filters);
-  filters_.insert_or_assign(&body, std::move(kept));
+  filters_.insert_or_assign(BodyKey(body), std::move(kept));
   ++last_filters_;
 }
 
@@ -71,7 +71,7 @@ void WorldMirror::set_filters(const btSoftBody& body, BodyFilters filters) {
 void WorldMirror::keep_filters_of(Span<btSoftBody* const> bodies) noexcept {
   if (filters_.empty()) return;
   for (const btSoftBody* body : bodies) {
-    const auto known = filters_.find(body);
+    const auto known = filters_.find(BodyKey(*body));
     if (known != filters_.end()) known->second.is_in_world = true;
   }
   for (auto entry = filters_.begin(); entry != filters_.end();) {
@@ -80,7 +80,7 @@ void WorldMirror::keep_filters_of(Span<btSoftBody* const> bodies) noexcept {
 }
 
 void WorldMirror::drop_unfit_filters(const btSoftBody& body) {
-  const auto known = filters_.find(&body);
+  const auto known = filters_.find(BodyKey(body));
   if (known == filters_.end()) return;
   const auto fits = [&](std::size_t count) {
     return count == 0 || count == static_cast<std::size_t>(body.m_nodes.size());
@@ -94,7 +94,7 @@ void WorldMirror::drop_unfit_filters(const btSoftBody& body) {
 
 BodySettings WorldMirror::settings_of(const btSoftBody& body) const {
   BodySettings settings = read_settings(ends_, body, settings_);
-  const auto known = filters_.find(&body);
+  const auto known = filters_.find(BodyKey(body));
   if (known == filters_.end()) return settings;
   settings.neighbour_rings = known->second.filters.neighbour_rings;
   settings.rest_distance = known->second.filters.rest_distance;
@@ -103,7 +103,7 @@ BodySettings WorldMirror::settings_of(const btSoftBody& body) const {
 
 /// Passes the body's filters to the scene. The scene has none where `member.filters` is 0.
 void WorldMirror::pass_on_filters(Member& member) {
-  const auto known = filters_.find(member.body);
+  const auto known = filters_.find(BodyKey(*member.body));
   const std::uint64_t number = known == filters_.end() ? 0 : known->second.number;
   if (member.filters == number) return;
   static const KeptFilters none;
@@ -118,7 +118,7 @@ template <class Predicate>
 void WorldMirror::keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies, Predicate is_kept) noexcept {
   for (const Span<btSoftBody* const> present : {bodies, proxies}) {
     for (btSoftBody* body : present) {
-      const auto known = members_.find(body);
+      const auto known = members_.find(BodyKey(*body));
       if (known != members_.end()) known->second.is_in_world = is_kept(known->second);
     }
   }
@@ -149,7 +149,7 @@ void WorldMirror::resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* c
 void WorldMirror::compare(Span<btSoftBody* const> bodies) {
   if (members_.empty()) return;
   parallel::for_each(bodies.size(), [&](std::size_t i) {
-    const auto known = members_.find(bodies[i]);
+    const auto known = members_.find(BodyKey(*bodies[i]));
     if (known != members_.end()) compare(known->second);
   });
 }
@@ -163,7 +163,7 @@ void WorldMirror::compare(Member& member) const {
 
 WorldMirror::Member& WorldMirror::require(btSoftBody& body, bool needs_way) {
   drop_unfit_filters(body);
-  const auto known = members_.find(&body);
+  const auto known = members_.find(BodyKey(body));
   if (known == members_.end()) {
     Member& added = add(body, settings_of(body));
     pass_on_filters(added);
@@ -183,12 +183,12 @@ WorldMirror::Member& WorldMirror::require(btSoftBody& body, bool needs_way) {
 }
 
 bool WorldMirror::has(const btSoftBody& body) const {
-  const auto known = members_.find(&body);
+  const auto known = members_.find(BodyKey(body));
   return known != members_.end() && known->second.last_step == step_;
 }
 
 WorldMirror::Member& WorldMirror::add(btSoftBody& body, const BodySettings& settings) {
-  Member& member = members_[&body];
+  Member& member = members_[BodyKey(body)];
   try {
     member.body = &body;
     member.mesh = read_mesh(body);
@@ -203,7 +203,7 @@ WorldMirror::Member& WorldMirror::add(btSoftBody& body, const BodySettings& sett
     return member;
   } catch (...) {
     if (scene_.has_body(member.id)) scene_.remove_body(member.id);
-    members_.erase(&body);
+    members_.erase(BodyKey(body));
     throw;
   }
 }

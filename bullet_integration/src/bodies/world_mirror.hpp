@@ -3,6 +3,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "bodies/body_key.hpp"
 #include "bodies/body_mesh.hpp"
 #include "bodies/node_ends.hpp"
 #include "native/native_trees.hpp"
@@ -76,7 +77,7 @@ class WorldMirror {
   /// Returns null if no soft body has the id.
   const Member* find(BodyId id) const;
   Member& member(BodyId id) const { return *members_by_id_.at(id.value); }
-  Member& member(const btSoftBody& body) { return members_.at(&body); }
+  Member& member(const btSoftBody& body) { return members_.at(BodyKey(body)); }
 
   /// Calls visit(const MemberContact&) for each contact between soft bodies, in order.
   template <class Visit>
@@ -106,9 +107,9 @@ class WorldMirror {
   const NodeEnds& ends_;
   const Settings& settings_;
   Scene scene_;
-  std::unordered_map<const btSoftBody*, Member> members_;
+  std::unordered_map<BodyKey, Member, BodyKeyHash> members_;
   std::unordered_map<std::uint32_t, Member*> members_by_id_;
-  std::unordered_map<const btSoftBody*, KeptFilters> filters_;
+  std::unordered_map<BodyKey, KeptFilters, BodyKeyHash> filters_;
   std::uint64_t last_filters_ = 0;
   std::uint64_t step_ = 1;
   bool forgets_all_ = false;

@@ -132,12 +132,11 @@ void ContactDetection::find_spoilt(Span<const Contact> contacts) {
   });
 }
 
-/// Returns whether contacts may be tangled. A discrete detection uses positions at one time and keeps no sides, so it
-/// looks for no tangles. The exception is the deformable world's with Detection::ccd and responses to edges: without
-/// these responses edges pass through each other, and tangles come and go.
+/// Returns whether contacts may be tangled. A discrete detection at the step's end keeps no sides, so it looks for no
+/// tangles. One at the start, the deformable world's, does so for the contacts of edges.
 bool ContactDetection::looks_for_tangles() const {
   return query_.options().detection == Detection::ccd ||
-         (settings_.detection == Detection::ccd && settings_.edge_contacts == EdgeContacts::respond);
+         (query_.options().step_end == StepEnd::t0 && settings_.edge_contacts == EdgeContacts::respond);
 }
 
 /// Returns whether the contact exists at the step's start. Discrete detections are the deformable world's, at the

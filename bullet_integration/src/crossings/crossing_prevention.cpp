@@ -5,7 +5,6 @@
 #include <string>
 
 #include "LinearMath/btQuickprof.h"
-#include "bodies/query_options.hpp"
 #include "contacts/tangles.hpp"
 
 namespace softcd::bullet {

@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "bodies/query_options.hpp"
 #include "contacts/tangles.hpp"
 #include "crossings/crossing_impulses.hpp"
 #include "crossings/held_nodes.hpp"
@@ -64,6 +65,9 @@ class CrossingPrevention {
   /// `released` are nodes that may pass through the bodies with which they are tangled.
   bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
            const Surroundings& surroundings = {}, const TangledNodes* released = nullptr);
+
+  /// Returns whether run() without bodies would change nothing, because there were none in the last step either.
+  bool is_idle() const { return has_looked_at_nothing(query_) && proxies().empty() && tangled_.empty(); }
 
   /// Returns the responses of the last step.
   const CrossingAnswers& answers() const { return answers_; }

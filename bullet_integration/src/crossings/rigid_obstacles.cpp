@@ -21,9 +21,11 @@ RigidBox reach_of(const btSoftBody& body) {
   return {box.low - growth, box.high + growth};
 }
 
-/// Makes a soft body that nothing moves and that collides with nothing by itself.
-std::unique_ptr<btSoftBody> make_proxy(btSoftBodyWorldInfo& world_info) {
+/// Makes a soft body that nothing moves and that collides with nothing by itself. `number` tells it from an earlier
+/// proxy at the same address.
+std::unique_ptr<btSoftBody> make_proxy(btSoftBodyWorldInfo& world_info, int number) {
   auto body = std::make_unique<btSoftBody>(&world_info);
+  body->setUserIndex(number);
   body->m_cfg.collisions = 0;
   body->getCollisionShape()->setMargin(0);
   return body;
@@ -54,7 +56,7 @@ bool RigidObstacles::collide(const btSoftBody& a, const btSoftBody& b) const {
 const btCollisionObject& RigidObstacles::object_of(const btSoftBody& body) const {
   const auto part =
       std::find_if(parts_.begin(), parts_.end(), [&](const auto& entry) { return entry.second.proxy.get() == &body; });
-  return part != parts_.end() ? *std::get<0>(part->first) : static_cast<const btCollisionObject&>(body);
+  return part != parts_.end() ? *std::get<BodyKey>(part->first).object : static_cast<const btCollisionObject&>(body);
 }
 
 void RigidObstacles::remove_absent() {
@@ -105,9 +107,9 @@ bool RigidObstacles::is_covered(const Mesh& mesh, const btSoftBody& body, const 
 
 void RigidObstacles::add_part(Mesh& mesh, const std::vector<Reach>& reaches) {
   const MeshWay& way = mesh.way;
-  Part& part = parts_[{way.object, way.shape, way.child, static_cast<int>(mesh.parts.size())}];
+  Part& part = parts_[{BodyKey(*way.object), way.shape, way.child, static_cast<int>(mesh.parts.size())}];
   if (part.proxy == nullptr) {
-    part.proxy = make_proxy(*reaches.front().body->getWorldInfo());
+    part.proxy = make_proxy(*reaches.front().body->getWorldInfo(), ++last_proxy_);
     proxies_.push_back(part.proxy.get());
   }
   part.is_present = true;

@@ -47,7 +47,7 @@ class RigidObstacles {
  private:
   /// Identifies a part: object, shape, number of the mesh within the object, number of the part within the mesh. A step
   /// needs further parts if bodies are moved beyond the first one.
-  using Key = std::tuple<const btCollisionObject*, const btConcaveShape*, int, int>;
+  using Key = std::tuple<BodyKey, const btConcaveShape*, int, int>;
   using Partners = std::unordered_set<const btSoftBody*>;
   struct Part {
     RigidMesh mesh;
@@ -73,6 +73,7 @@ class RigidObstacles {
   WorldMirror& mirror_;
   MeshWays ways_;
   std::map<Key, Part> parts_;
+  int last_proxy_ = 0;
   std::vector<btSoftBody*> proxies_;                          ///< of all parts
   std::unordered_map<const btSoftBody*, Partners> partners_;  ///< of this step's proxies
   // Members of this step:

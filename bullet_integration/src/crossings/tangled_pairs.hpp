@@ -24,6 +24,7 @@ class TangledPairs {
   /// Begins a step. Call it before add(), when the mirror has the bodies of this step.
   void begin_step(const WorldMirror& mirror, const NodeEnds& ends);
   void add(const Contact& found, TangleReason reason);
+  bool empty() const { return pairs_.empty(); }
   /// Describes the pairs that are new in this step for this reason, such as "soft bodies 0 and 3, 2 within itself".
   /// Numbers are indices in `bodies`; other bodies are named as rigid meshes. Returns an empty text if there are none.
   std::string describe_new(TangleReason reason, const WorldMirror& mirror, Span<btSoftBody* const> bodies) const;

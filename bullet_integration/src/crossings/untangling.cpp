@@ -193,16 +193,16 @@ void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule) {
 bool Untangling::search_in_meshes(Span<const NearRigidPart> near_parts) {
   BT_PROFILE("softcd untangling");
   std::vector<ProbeBodies> candidates;
-  std::vector<std::pair<BodyId, BodyId>> near;
+  std::vector<std::pair<BodyId, BodyId>> near_now;
   for (const NearRigidPart& each : near_parts) {
     const Member& soft = mirror_.member(*each.soft);
     if (soft.mesh.face_count == 0) continue;
     if (soft.settings.kinematic && each.object->isStaticOrKinematicObject()) continue;
-    near.emplace_back(soft.id, each.part);
-    const bool is_new = std::find(near_.begin(), near_.end(), near.back()) == near_.end();
+    near_now.emplace_back(soft.id, each.part);
+    const bool is_new = std::find(near_.begin(), near_.end(), near_now.back()) == near_.end();
     if (is_new || soft.topology_changed || is_search_step()) candidates.push_back({soft.id, each.part});
   }
-  near_ = std::move(near);
+  near_ = std::move(near_now);
   const std::size_t known_before = known_in_meshes_.size();
   search({candidates.data(), candidates.size()}, known_in_meshes_);
   return known_in_meshes_.size() > known_before;

@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "bodies/body_key.hpp"
 #include "crossings/crossing_impulses.hpp"
 #include "read_out/contact_reader.hpp"
 #include "softcd/bullet/settings.hpp"
@@ -13,18 +14,6 @@ class btBroadphaseInterface;
 
 namespace softcd::bullet {
 
-/// Identifies a body by its address and its proxy's number. A later body at the same address has another number.
-struct BodyKey {
-  const btCollisionObject* object = nullptr;
-  int proxy = 0;
-
-  explicit BodyKey(const btCollisionObject& of) : BodyKey(*of.getBroadphaseHandle()) {}
-  explicit BodyKey(const btBroadphaseProxy& of)
-      : object(static_cast<const btCollisionObject*>(of.m_clientObject)), proxy(of.m_uniqueId) {}
-  friend bool operator<(const BodyKey& a, const BodyKey& b) {
-    return std::pair(a.object, a.proxy) < std::pair(b.object, b.proxy);
-  }
-};
 using BodyPairKey = std::pair<BodyKey, BodyKey>;
 
 /// The solver's impulses for the entries of Bullet's arrays.

@@ -66,7 +66,7 @@ void ConvexDetection::require_shapes(Span<const RigidPair> pairs, btScalar time_
   const auto require = [&](const btCollisionShape& simple, const btTransform& place) {
     if (!simple.isConvex()) return false;
     const auto& shape = static_cast<const btConvexShape&>(simple);
-    const PartKey key(&object, number++);
+    const PartKey key(BodyKey(object), number++);
     const RigidPoses poses = poses_of(object, place, time_step);
     btVector3 low;
     btVector3 high;

@@ -40,7 +40,7 @@ class ConvexDetection {
 
  private:
   /// Identifies a convex part of an object by its number among the simple shapes of the object's compounds.
-  using PartKey = std::pair<const btCollisionObject*, int>;
+  using PartKey = std::pair<BodyKey, int>;
   using Shapes = RigidParts<PartKey, ConvexCore>;
   using ShapeContact = RigidContact<Shapes::Part>;
   /// A shape's id, its vertex, and the soft body's nodes there. Several pairs of triangles can have the same place.

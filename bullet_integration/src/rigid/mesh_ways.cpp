@@ -66,7 +66,7 @@ void add_ways(btCollisionObject& object, const RigidPoses& poses, std::vector<Me
 btTransform MeshWays::start_of(const btCollisionObject& object, btScalar time_step) const {
   const btTransform& now = object.getWorldTransform();
   if (!object.isKinematicObject()) return now;
-  const auto known = tracks_.find(&object);
+  const auto known = tracks_.find(BodyKey(object));
   if (known == tracks_.end()) {
     return is_moving(object) ? poses_of(object, btTransform::getIdentity(), time_step).t0 : now;
   }
@@ -98,12 +98,12 @@ void MeshWays::take_velocities_back(const btCollisionObjectArray& objects) {
 
 void MeshWays::keep_starts(const btCollisionObjectArray& objects, btScalar time_step) {
   take_velocities_back(objects);
-  std::unordered_map<const btCollisionObject*, Track> tracks;
+  decltype(tracks_) tracks;
   for (int i = 0; i < objects.size(); ++i) {
     btCollisionObject& object = *objects[i];
     if (is_standing(object) || !has_meshes(object)) continue;
     const btTransform start = start_of(object, time_step);
-    tracks.emplace(&object, Track{start, object.getWorldTransform()});
+    tracks.emplace(BodyKey(object), Track{start, object.getWorldTransform()});
     if (object.isKinematicObject() && !is_moving(object)) lend_velocity(object, start, time_step);
   }
   tracks_ = std::move(tracks);
@@ -116,7 +116,7 @@ std::vector<MeshWay> MeshWays::find(const btCollisionObjectArray& objects) {
     btCollisionObject& object = *objects[i];
     if (!has_meshes(object)) continue;
     const btTransform& end = object.getWorldTransform();
-    const auto track = tracks_.find(&object);
+    const auto track = tracks_.find(BodyKey(object));
     add_ways(object, {track != tracks_.end() ? track->second.start : end, end}, ways);
     if (track != tracks_.end()) track->second.last = end;
   }

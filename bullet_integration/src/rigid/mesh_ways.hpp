@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
+#include "bodies/body_key.hpp"
 #include "rigid/rigid_placement.hpp"
 
 class btConcaveShape;
@@ -48,8 +49,8 @@ class MeshWays {
     btTransform start;  ///< of this step
     btTransform last;   ///< the object's last known place
   };
-  std::unordered_map<const btCollisionObject*, Track> tracks_;  ///< of objects that have meshes and may move
-  std::vector<Lent> lent_;                                      ///< in this step
+  std::unordered_map<BodyKey, Track, BodyKeyHash> tracks_;  ///< of objects that have meshes and may move
+  std::vector<Lent> lent_;                                  ///< in this step
 };
 
 }  // namespace softcd::bullet

@@ -87,7 +87,7 @@ void RigidMeshDetection::read(std::vector<RigidPair> pairs, btScalar time_step, 
   for (const RigidPair& pair : pairs) mirror_.require(*pair.soft, /*needs_way=*/true);
   meshes_.begin_step();
   // Takes meshes in the order in which Bullet dispatched them. Addresses, which make the key, differ from run to run.
-  const auto key_of = [](const RigidPair& pair) { return MeshKey(pair.object, pair.shape, pair.child); };
+  const auto key_of = [](const RigidPair& pair) { return MeshKey(BodyKey(*pair.object), pair.shape, pair.child); };
   for (auto begin = pairs.begin(); begin != pairs.end();) {
     const MeshKey key = key_of(*begin);
     const auto end =

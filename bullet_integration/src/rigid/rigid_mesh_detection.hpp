@@ -56,7 +56,7 @@ class RigidMeshDetection {
     btScalar depth_at_end;
   };
   using EdgeTouches = std::vector<EdgeTouch>;
-  using MeshKey = std::tuple<const btCollisionObject*, const btCollisionShape*, int>;
+  using MeshKey = std::tuple<BodyKey, const btCollisionShape*, int>;
   using Meshes = RigidParts<MeshKey, RigidMesh>;
   using MeshContact = RigidContact<Meshes::Part>;
 

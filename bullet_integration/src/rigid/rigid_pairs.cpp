@@ -107,10 +107,8 @@ RigidPairs::Collected RigidPairs::take_collected(RigidPairKind kind) {
 }
 
 CollectingRigidPairs::CreateFunc::CreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1,
-                                             std::shared_ptr<RigidPairs> pairs)
-    : pairs_(std::move(pairs)),
-      is_swapped_(type1 == SOFTBODY_SHAPE_PROXYTYPE),
-      registered_(dispatcher, type0, type1, *this) {}
+                                             const std::shared_ptr<RigidPairs>& pairs)
+    : pairs_(pairs), is_swapped_(type1 == SOFTBODY_SHAPE_PROXYTYPE), registered_(dispatcher, type0, type1, *this) {}
 
 btCollisionAlgorithm* CollectingRigidPairs::CreateFunc::CreateCollisionAlgorithm(
     btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* body0,
@@ -138,11 +136,16 @@ CollectingRigidPairs::CollectingRigidPairs(btCollisionDispatcher& dispatcher, st
 CollectingRigidPairs::~CollectingRigidPairs() {
   pairs_->set_collecting(RigidPairKind::mesh, false);
   pairs_->set_collecting(RigidPairKind::convex, false);
+  while (creator_count_ > 0) std::destroy_at(&creators_[--creator_count_].function);
 }
 
 void CollectingRigidPairs::stand_before(btCollisionDispatcher& dispatcher, int type) {
-  creators_[creator_count_++].emplace(dispatcher, SOFTBODY_SHAPE_PROXYTYPE, type, pairs_);
-  creators_[creator_count_++].emplace(dispatcher, type, SOFTBODY_SHAPE_PROXYTYPE, pairs_);
+  const auto add = [&](int type0, int type1) {
+    std::construct_at(&creators_[creator_count_].function, dispatcher, type0, type1, pairs_);
+    ++creator_count_;
+  };
+  add(SOFTBODY_SHAPE_PROXYTYPE, type);
+  add(type, SOFTBODY_SHAPE_PROXYTYPE);
 }
 
 void process_natively(const RigidPair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <vector>
 
 #include "BulletCollision/BroadphaseCollision/btBroadphaseProxy.h"
@@ -79,21 +78,28 @@ class CollectingRigidPairs {
   /// Makes algorithms that wrap those of the former create function.
   class CreateFunc : public btCollisionAlgorithmCreateFunc {
    public:
-    CreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1, std::shared_ptr<RigidPairs> pairs);
+    /// `pairs` must outlive it.
+    CreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1, const std::shared_ptr<RigidPairs>& pairs);
     btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                    const btCollisionObjectWrapper* body0,
                                                    const btCollisionObjectWrapper* body1) override;
 
    private:
-    std::shared_ptr<RigidPairs> pairs_;
+    const std::shared_ptr<RigidPairs>& pairs_;
     bool is_swapped_;
     RegisteredAlgorithm registered_;
   };
   void stand_before(btCollisionDispatcher& dispatcher, int type);
 
   std::shared_ptr<RigidPairs> pairs_;
-  /// Two for each type of shape; Bullet has fewer types.
-  std::array<std::optional<CreateFunc>, 2 * std::size_t{MAX_BROADPHASE_COLLISION_TYPES}> creators_;
+  /// Two for each type of shape; Bullet has fewer types. The first `creator_count_` exist: the others cost nothing in
+  /// worlds whose steps take microseconds.
+  union Creator {
+    Creator() {}
+    ~Creator() {}
+    CreateFunc function;
+  };
+  std::array<Creator, 2 * std::size_t{MAX_BROADPHASE_COLLISION_TYPES}> creators_;
   std::size_t creator_count_ = 0;
 };
 

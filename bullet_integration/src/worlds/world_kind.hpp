@@ -16,6 +16,8 @@ struct WorldKind {
   TreeFlag tree_flag;
   /// The features that the world's ray tests hit.
   RayTargets ray_targets;
+  /// The world's choice where the app leaves it.
+  EdgeContacts automatic_edge_contacts;
   /// Whether Bullet moves rigid bodies before it solves soft ones. Then impulses of soft bodies move rigid ones from
   /// the next step on.
   bool moves_rigid_bodies_first;

@@ -7,10 +7,19 @@
 #include "native/pair_order.hpp"
 
 namespace softcd::bullet {
+namespace {
+
+/// Returns the settings with the world's choice of EdgeContacts where the app leaves it.
+Settings chosen(const WorldKind& kind, Settings settings) {
+  if (settings.edge_contacts == EdgeContacts::automatic) settings.edge_contacts = kind.automatic_edge_contacts;
+  return settings;
+}
+
+}  // namespace
 
 WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
     : kind_(kind),
-      settings_(settings),
+      settings_(chosen(kind, settings)),
       mirror_(kind.contacts.ends, settings_),
       contacts("the step has Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings_),
       crossings("the step prevents no crossings", kind.crossings, mirror_, settings_),
@@ -23,7 +32,7 @@ WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
       rays(kind.ray_targets, settings_) {}
 
 void WorldQueries::set_settings(const Settings& settings) {
-  const Settings before = std::exchange(settings_, settings);
+  const Settings before = std::exchange(settings_, chosen(kind_, settings));
   try {
     follow_settings();
   } catch (...) {
@@ -129,14 +138,17 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCol
                                      const PairGate& gate, btScalar time_step) {
   if (settings_.untangle) untangling.run([&](Untangling& regions) { regions.move(objects, time_step); });
   if (!prevents_crossings()) return;
+  std::vector<btSoftBody*> wanted;
+  for (btSoftBody* body : bodies) {
+    if (prevents_crossings(*body)) wanted.push_back(body);
+  }
+  if (wanted.empty() && crossings.get() != nullptr && crossings.get()->is_idle()) return;
   Surroundings surroundings;
   if (settings_.rigid_meshes) {
     surroundings = {&objects, [&](btSoftBody& soft, btCollisionObject& object) { return gate.admits(soft, object); }};
   }
   const WorldPairs pairs = pairs_of(gate);
   crossings.run([&](CrossingPrevention& prevention) {
-    std::vector<btSoftBody*> wanted(bodies.begin(), bodies.end());
-    std::erase_if(wanted, [this](const btSoftBody* body) { return !prevents_crossings(*body); });
     prevention.run({wanted.data(), wanted.size()}, std::cref(pairs), time_step, surroundings, released());
   });
   if (crossings.get() != nullptr) read_out.add_crossings(crossings.get()->impulses(), bodies);

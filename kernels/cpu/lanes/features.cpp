@@ -246,9 +246,9 @@ HWY_INLINE std::uint64_t bits_of(Mask mask) {
 }
 
 /// Returns one member of as many candidates as registers have lanes.
-HWY_INLINE Float members(float FeatureCandidate::*member, const FeatureCandidate* candidates) {
+HWY_INLINE Float members(float FeatureReach::*member, const FeatureCandidate* candidates) {
   alignas(64) float values[kLanes];
-  for (std::size_t i = 0; i < kLanes; ++i) values[i] = candidates[i].*member;
+  for (std::size_t i = 0; i < kLanes; ++i) values[i] = candidates[i].reach.*member;
   return hn::Load(Floats(), values);
 }
 
@@ -256,7 +256,7 @@ HWY_INLINE Float members(float FeatureCandidate::*member, const FeatureCandidate
 template <ContactKind kKind, bool kSwept>
 HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate* candidates) {
   const Floats floats;
-  const Float margin = members(&FeatureCandidate::distance, candidates);
+  const Float margin = members(&FeatureReach::distance, candidates);
   const Mask has_margin = hn::Gt(margin, hn::Zero(floats));
   const Points t1(test.scene.x_t1, candidates);
   const Points t0 = kSwept ? Points(test.scene.x_t0, candidates) : t1;
@@ -272,8 +272,7 @@ HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, c
     is_apart = hn::Or(is_apart, certainly_apart(pair_t1, size, margin));
     if constexpr (kKind == ContactKind::vertex_triangle) {
       if (test.scene.has_certain_slabs() && !hn::AllTrue(floats, is_apart)) {
-        is_apart =
-            hn::Or(is_apart, certainly_outside_slab(pair_t1, size, members(&FeatureCandidate::margin, candidates)));
+        is_apart = hn::Or(is_apart, certainly_outside_slab(pair_t1, size, members(&FeatureReach::margin, candidates)));
       }
     }
   }

@@ -75,4 +75,7 @@ struct UnitLanes<ExpandPatchPair<kSwept>> {
   }
 };
 
+template <bool kSwept>
+struct UnitLanes<KeepPatchPair<kSwept>> : UnitLanes<ExpandPatchPair<false>> {};
+
 }  // namespace softcd::cpu

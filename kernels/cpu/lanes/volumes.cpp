@@ -1,5 +1,7 @@
 #include "lanes/volumes.hpp"
 
+#include <algorithm>
+
 #include "lanes/targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -32,20 +34,30 @@ struct Volumes {
   HWY_INLINE Vector diagonal() const { return {hn::Sub(hi(0), lo(0)), hn::Sub(hi(1), lo(1)), hn::Sub(hi(2), lo(2))}; }
 };
 
+/// The corners of as many triangles as registers have lanes.
+struct Corners {
+  Vector of[3];
+
+  HWY_INLINE Corners(const BoundTriangle& bound, const Vec3f* x, std::uint32_t first)
+      : of{load_corner(bound, x, first, 0), load_corner(bound, x, first, 1), load_corner(bound, x, first, 2)} {}
+
+ private:
+  static HWY_INLINE Vector load_corner(const BoundTriangle& bound, const Vec3f* x, std::uint32_t first, int corner) {
+    const Triangle* const triangles = bound.scene.triangles + first;
+    return load([&](std::size_t i) -> const Vec3f& { return x[triangles[i].v[corner]]; });
+  }
+};
+
 template <int kAxis>
-HWY_INLINE Float lowest(const Vector (&corners)[3]) {
-  return smaller(smaller(project<kAxis>(corners[0]), project<kAxis>(corners[1])), project<kAxis>(corners[2]));
+HWY_INLINE Float lowest(const Corners& corners) {
+  return smaller(smaller(project<kAxis>(corners.of[0]), project<kAxis>(corners.of[1])), project<kAxis>(corners.of[2]));
 }
 template <int kAxis>
-HWY_INLINE Float highest(const Vector (&corners)[3]) {
-  return larger(larger(project<kAxis>(corners[0]), project<kAxis>(corners[1])), project<kAxis>(corners[2]));
+HWY_INLINE Float highest(const Corners& corners) {
+  return larger(larger(project<kAxis>(corners.of[0]), project<kAxis>(corners.of[1])), project<kAxis>(corners.of[2]));
 }
 
-HWY_INLINE Volumes volumes_of(const BoundTriangle& bound, const Vec3f* x, std::uint32_t first) {
-  const Triangle* const triangles = bound.scene.triangles + first;
-  const Vector corners[3] = {load([&](std::size_t i) -> const Vec3f& { return x[triangles[i].v[0]]; }),
-                             load([&](std::size_t i) -> const Vec3f& { return x[triangles[i].v[1]]; }),
-                             load([&](std::size_t i) -> const Vec3f& { return x[triangles[i].v[2]]; })};
+HWY_INLINE Volumes volumes_of(const Corners& corners) {
   return {{lowest<0>(corners), lowest<1>(corners), lowest<2>(corners), lowest<3>(corners), lowest<4>(corners),
            lowest<5>(corners), lowest<6>(corners), lowest<7>(corners), lowest<8>(corners), highest<0>(corners),
            highest<1>(corners), highest<2>(corners), highest<3>(corners), highest<4>(corners), highest<5>(corners),
@@ -124,28 +136,75 @@ HWY_INLINE void store(const Volumes& t0, const Volumes& t1, EndVolumes* out) {
   }
 }
 
+/// Does the same as BoundTriangle::growth_of for triangles of one body whose positions are not rounded. Returns false
+/// if a motion is too long or too short for this.
+template <bool kSwept>
+HWY_INLINE bool find_growth(const BoundTriangle& bound, const SceneBody& body, const Corners& at_t1,
+                            std::uint32_t first, Float& growth) {
+  const SceneView& scene = bound.scene;
+  growth = all(body.margin);
+  if (!kSwept && scene.motion_margin > 0.0F) {
+    const Corners at_t0(bound, scene.x_t0, first);
+    for (int corner = 0; corner < 3; ++corner) {
+      const Vector motion = at_t1.of[corner] - at_t0.of[corner];
+      if (!are_ordinary(max_norm(motion))) return false;
+      const Float moved = hn::Mul(all(1.000001F), norm(motion));
+      growth = larger(growth, outward_up(hn::Add(all(body.margin), hn::Mul(all(scene.motion_margin), moved))));
+    }
+  }
+  if (scene.contact_rule == ContactRule::slab) growth = outward_up(hn::Mul(all(kSlabFactor), growth));
+  return true;
+}
+
+HWY_INLINE bool are_of_one_body(const SceneView& scene, std::uint32_t first) {
+  const std::uint32_t* const bodies = scene.triangle_body + first;
+  return std::all_of(bodies, bodies + kLanes, [&](std::uint32_t body) { return body == bodies[0]; });
+}
+
+/// Returns the triangles whose volumes are out of the box.
+HWY_INLINE Mask are_out_of(const Box& box, const Volumes& volumes) {
+  const auto are_out_along = [&](int axis) {
+    return hn::Or(hn::Lt(all(box.hi[axis]), volumes.lo(axis)), hn::Lt(volumes.hi(axis), all(box.lo[axis])));
+  };
+  return hn::Or(hn::Or(are_out_along(0), are_out_along(1)), are_out_along(2));
+}
+
 /// Bounds as many triangles as registers have lanes. Returns false, and has done nothing, if they have to be bounded
 /// one by one.
 template <bool kSwept>
 HWY_INLINE bool bound_register(const BoundTriangle& bound, std::uint32_t first) {
   const SceneView& scene = bound.scene;
-  Volumes at_t1 = volumes_of(bound, scene.x_t1, first);
-  Volumes at_t0 = kSwept ? volumes_of(bound, scene.x_t0, first) : at_t1;
+  const Corners corners_t1(bound, scene.x_t1, first);
+  Volumes at_t1 = volumes_of(corners_t1);
+  Volumes at_t0 = kSwept ? volumes_of(Corners(bound, scene.x_t0, first)) : at_t1;
   const Vector diagonal_t1 = at_t1.diagonal();
   const Vector diagonal_t0 = at_t0.diagonal();
   if (!are_ordinary(max_norm(diagonal_t1)) || (kSwept && !are_ordinary(max_norm(diagonal_t0)))) return false;
 
   alignas(64) float growths[kLanes];
-  alignas(64) float roundings[kLanes];
-  for (std::uint32_t i = 0; i < kLanes; ++i) {
-    const BoundTriangle::Growth growth = bound.growth_of(first + i, scene.bodies[scene.triangle_body[first + i]]);
-    growths[i] = growth.total;
-    roundings[i] = growth.rounding;
+  alignas(64) float roundings[kLanes] = {};
+  const SceneBody& body_of_first = scene.bodies[scene.triangle_body[first]];
+  const bool is_one_body = are_of_one_body(scene, first);
+  Float growth;
+  if (is_one_body && !body_of_first.is_rounded &&
+      find_growth<kSwept>(bound, body_of_first, corners_t1, first, growth)) {
+    hn::Store(growth, Floats(), growths);
+  } else {
+    for (std::uint32_t i = 0; i < kLanes; ++i) {
+      const BoundTriangle::Growth one = bound.growth_of(first + i, scene.bodies[scene.triangle_body[first + i]]);
+      growths[i] = one.total;
+      roundings[i] = one.rounding;
+    }
+    growth = hn::Load(Floats(), growths);
   }
-  const Float growth = hn::Load(Floats(), growths);
   inflate(at_t1, growth);
   if (kSwept) inflate(at_t0, growth);
-  store(kSwept ? merged(at_t0, at_t1) : at_t1, bound.volumes + first);
+  const Volumes volumes = kSwept ? merged(at_t0, at_t1) : at_t1;
+  if (is_one_body && hn::AllTrue(Floats(), are_out_of(body_of_first.partner_box, volumes))) {
+    for (std::uint32_t i = 0; i < kLanes; ++i) bound.leave_out(first + i);
+    return true;
+  }
+  store(volumes, bound.volumes + first);
   if (kSwept) store(at_t0, at_t1, bound.end_volumes + first);
   Float radius = bounding_radius(diagonal_t1);
   if (kSwept) radius = larger(radius, bounding_radius(diagonal_t0));

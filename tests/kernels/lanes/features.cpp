@@ -88,7 +88,7 @@ std::vector<FeatureCandidate> random_candidates(Random& random, Input input, std
   std::vector<FeatureCandidate> candidates(count);
   for (FeatureCandidate& candidate : candidates) {
     for (std::uint32_t& v : candidate.vertices.v) v = random.below(kVertices);
-    candidate.margin = candidate.distance = distance(random, input);
+    candidate.reach.margin = candidate.reach.distance = distance(random, input);
   }
   return candidates;
 }

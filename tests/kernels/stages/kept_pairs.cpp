@@ -23,8 +23,10 @@ Kdop18 unit_volume() {
 std::vector<std::uint32_t> escaped_of(const std::vector<Kdop18>& volumes, const std::vector<Kdop18>& kept) {
   Collector<std::uint32_t> active;
   Collector<std::uint32_t> escaped;
-  const FindEscaped stage{volumes.data(), kept.data()};
+  std::vector<TriangleShape> shapes(volumes.size());
+  const FindEscaped stage{volumes.data(), kept.data(), shapes.data()};
   for (std::uint32_t t = 0; t < volumes.size(); ++t) stage(t, active, escaped);
+  for (const std::uint32_t t : escaped.items) EXPECT_EQ(shapes[t].flags, kEscapedTriangle);
   EXPECT_EQ(active.items.size(), volumes.size());
   return escaped.items;
 }

@@ -1,4 +1,5 @@
 #include "softcd/stages/patches.hpp"
+#include "softcd/stages/kept_pairs.hpp"
 
 #include <gtest/gtest.h>
 
@@ -75,6 +76,15 @@ class SerialPatches {
   }
 
   const std::vector<std::uint64_t>& pairs() const { return pairs_.items; }
+  /// Returns the stage that keeps this scene's pairs, and whose volumes of the detection are the same.
+  template <bool kDetectionIsSwept>
+  KeepPatchPair<kDetectionIsSwept> keep() const {
+    static_assert(!kSwept);
+    const Kdop18* const volumes = bounds_.volumes.data();
+    const TriangleShape* const shapes = bounds_.shapes.data();
+    return {{{scene_, volumes, nullptr, shapes}, patches_.data(), patch_pairs_.items.data()},
+            {scene_, volumes, bounds_.end_volumes.data(), shapes}};
+  }
   std::size_t loose_count() const { return loose_.items.size(); }
   std::size_t big_count() const { return bigs_.items.size(); }
   std::size_t patch_pair_count() const { return patch_pairs_.items.size(); }
@@ -182,6 +192,78 @@ TYPED_TEST(PatchStages, find_each_pair_of_triangles_once) {
     if (cell_size > 0.3F) {
       EXPECT_GT(serial.patch_pair_count(), 50U);
     }
+  }
+}
+
+/// Returns the values without the first `count`, sorted.
+std::vector<std::uint64_t> sorted_from(const std::vector<std::uint64_t>& values, std::size_t count) {
+  std::vector<std::uint64_t> rest(values.begin() + static_cast<std::ptrdiff_t>(count), values.end());
+  std::sort(rest.begin(), rest.end());
+  return rest;
+}
+
+// The pairs to keep are all whose volumes overlap. The detection's own pairs are those that TestKept finds among them.
+TYPED_TEST(PatchStages, keep_all_pairs_and_find_those_of_the_detection) {
+  HostScene host = host_scene(TypeParam::value);
+  const SceneView scene = host.view_with_patches();
+  for (std::uint32_t b = 0; b < scene.body_count; ++b) host.body(b).lists_neighbours = scene.bodies_may_touch(b, b);
+  const SerialPatches<false> serial(scene, 1.0F);
+  const auto keep = serial.template keep<TypeParam::value>();
+  Collector<std::uint64_t> kept, found;
+  using Lanes = cpu::UnitLanes<KeepPatchPair<TypeParam::value>>;
+  for (std::uint32_t i = 0; i < serial.patch_pair_count(); ++i) {
+    const PatchWork work = keep.load_item(i);
+    std::uint64_t meeting = Lanes::may_pass(keep, work, 0, work.part_count());
+    for (; meeting != 0; meeting &= meeting - 1) {
+      PairCandidate candidate{};
+      keep.list(work, static_cast<std::uint32_t>(std::countr_zero(meeting)), candidate);
+      keep.test_meeting(candidate, kept, found);
+    }
+  }
+  ASSERT_GT(kept.items.size(), 100U);
+  EXPECT_EQ(sorted_from(kept.items, 0), sorted_from(serial.pairs(), serial.pairs().size() - kept.items.size()));
+  Collector<std::uint64_t> expected;
+  const TestKept<TypeParam::value> test_kept{keep.test, kept.items.data(), 0U};
+  for (std::uint32_t i = 0; i < kept.items.size(); ++i) test_kept(i, expected);
+  EXPECT_EQ(found.items, expected.items);
+  EXPECT_GT(found.items.size(), 50U);
+  if (TypeParam::value) {
+    EXPECT_LT(found.items.size(), kept.items.size());
+  }
+}
+
+// Whichever triangles have escaped, TestKept and LookUpEscaped together find each pair once.
+TYPED_TEST(PatchStages, have_no_part_in_pairs_of_escaped_triangles) {
+  const HostScene host = host_scene(TypeParam::value);
+  const SceneView scene = host.view_with_patches();
+  HostVolumes bounds(scene);
+  const PairTest<TypeParam::value> test{scene, bounds.volumes.data(), bounds.end_volumes.data(), bounds.shapes.data()};
+  const AllPairs<TypeParam::value> all(scene, test);
+  const std::vector<std::uint64_t> pairs(all.passing.begin(), all.passing.end());
+  Random random(2);
+  for (const std::uint32_t wanted : {0U, 1U, 2U, 15U, 16U, 17U, 40U, kMostEscaped}) {
+    SCOPED_TRACE(wanted);
+    std::set<std::uint32_t> chosen;
+    while (chosen.size() < std::min(wanted, scene.triangle_count / 2)) {
+      const std::uint32_t first = random.below(scene.triangle_count);
+      for (std::uint32_t t = first; t < std::min(first + 3, scene.triangle_count); ++t) chosen.insert(t);
+    }
+    std::vector<std::uint32_t> escaped(chosen.begin(), chosen.end());
+    for (TriangleShape& shape : bounds.shapes) shape.flags &= ~kEscapedTriangle;
+    for (const std::uint32_t t : escaped) bounds.shapes[t].flags |= kEscapedTriangle;
+    const std::uint64_t count = escaped.size();
+    std::vector<Kdop18> groups(kMostEscaped / kEscapedGroup + 1);
+    const EscapedTriangles triangles{escaped.data(), &count};
+    const BoundEscaped bound{triangles, bounds.volumes.data(), groups.data()};
+    for (std::uint32_t group = 0; group < groups.size(); ++group) bound(group);
+    Collector<std::uint64_t> found;
+    const TestKept<TypeParam::value> test_kept{test, pairs.data(), kEscapedTriangle};
+    for (std::uint32_t i = 0; i < pairs.size(); ++i) test_kept(i, found);
+    EXPECT_EQ(found.items.size() == pairs.size(), wanted == 0);
+    const LookUpEscaped<TypeParam::value> look_up{test, triangles, groups.data()};
+    for (std::uint32_t t = 0; t < scene.triangle_count; ++t) look_up(t, found);
+    std::sort(found.items.begin(), found.items.end());
+    EXPECT_EQ(found.items, pairs);
   }
 }
 

@@ -30,6 +30,7 @@ enum class EdgeContacts : std::uint32_t {
   /// cloths and edges of rigid meshes. In these contacts a link appears as a face outside of m_faces, whose third node
   /// has no weight.
   respond,
+  automatic,  ///< respond in the deformable world, off in classic worlds
 };
 
 /// Which of a node's contacts with the faces of one body Bullet's solver gets.
@@ -96,7 +97,7 @@ struct Settings {
   float cell_size_factor = 0.0F;                          ///< cell size, see QueryOptions::cell_size_factor; 0 chooses
   bool reuse_pairs = true;                                ///< caches found pairs, see QueryOptions::reuse_pairs
   SelfCollision self_collision = SelfCollision::flagged;  ///< which bodies collide with themselves
-  EdgeContacts edge_contacts = EdgeContacts::off;         ///< whether edges touch edges
+  EdgeContacts edge_contacts = EdgeContacts::automatic;   ///< whether edges touch edges
   Contacts contacts = Contacts::automatic;                ///< which of a node's contacts the solver gets
   /// Most contacts of a node with faces of one body on one side: the nearest, or with `ccd` the earliest, whose normals
   /// are less than a right angle apart. 0: no limit.
@@ -131,7 +132,7 @@ struct Settings {
 
   /// Returns settings for the shortest step: Bullet's own rules, in float, with Contacts::closest_feature.
   static Settings fast();
-  /// Returns the default.
+  /// Returns the default: discrete detection. The kind of world chooses the rest, see EdgeContacts and Contacts.
   static Settings balanced() { return {}; }
   /// Returns settings with which no step makes an intersection, at any speed: continuous detection, responses to edges,
   /// and corners and edges of convex shapes.
@@ -141,6 +142,7 @@ struct Settings {
 inline Settings Settings::fast() {
   Settings settings;
   settings.accuracy = Accuracy::fast;
+  settings.edge_contacts = EdgeContacts::off;
   settings.contacts = Contacts::closest_feature;
   return settings;
 }

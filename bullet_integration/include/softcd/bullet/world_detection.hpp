@@ -78,7 +78,7 @@ class SOFTCD_EXPORT WorldDetection {
   WorldDetection(const WorldDetection&) = delete;
   WorldDetection& operator=(const WorldDetection&) = delete;
 
-  /// Returns the current settings.
+  /// Returns the current settings. EdgeContacts::automatic is replaced by the world's choice.
   const Settings& settings() const;
   /// Changes the settings from the next step on. Throws InvalidInput for settings out of range, and BackendError for a
   /// backend that is not there; the settings are then unchanged.

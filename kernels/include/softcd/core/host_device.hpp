@@ -19,6 +19,13 @@
 #define SOFTCD_HD_SELDOM
 #endif
 
+/// SOFTCD_HD for a short function in a loop over vertices, which compilers would not inline by themselves on the host.
+#if defined(__CUDACC__) || !defined(__GNUC__)
+#define SOFTCD_HD_SHORT SOFTCD_HD inline
+#else
+#define SOFTCD_HD_SHORT __attribute__((always_inline)) inline
+#endif
+
 /// SOFTCD_HD for a function that is too long to be inlined at every call: out of line on the device, too.
 #if defined(__CUDACC__)
 #define SOFTCD_HD_LONG __host__ __device__ __noinline__

@@ -46,8 +46,8 @@ struct Statistics {
   std::uint64_t entries = 0;
   std::uint64_t cells = 0;  ///< occupied cells
   std::uint64_t tests = 0;  ///< enumerated pairs of what shares a cell: triangles, or patches on the CPU
-  /// Whether only pairs that an earlier detection had kept were tested: see QueryOptions::reuse_pairs. There are then
-  /// no entries and no cells; mean_radius and cell_size are that detection's.
+  /// Whether kept pairs were tested, and those of a few triangles that have moved since: see QueryOptions::reuse_pairs.
+  /// There are then no entries and no cells. mean_radius and cell_size are those of the detection that kept the pairs.
   bool reused_pairs = false;
   /// those that passed every test of the broad phase; neighbours are on a list of their own
   std::uint64_t triangle_pairs = 0;

@@ -14,7 +14,7 @@ struct EndVolumes {
   Axis axes[kKdopAxes];
 };
 
-SOFTCD_HD inline EndVolumes end_volumes(const Kdop18& t0, const Kdop18& t1) {
+SOFTCD_HD constexpr EndVolumes end_volumes(const Kdop18& t0, const Kdop18& t1) {
   EndVolumes ends{};
   for (int axis = 0; axis < kKdopAxes; ++axis) {
     ends.axes[axis] = {t0.lo[axis], t0.hi[axis], t1.lo[axis], t1.hi[axis]};

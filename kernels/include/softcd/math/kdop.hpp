@@ -21,7 +21,7 @@ struct alignas(16) Kdop18 {
 };
 
 /// Returns a volume that contains nothing and overlaps nothing. Extended by a point, it becomes that point's volume.
-SOFTCD_HD inline Kdop18 empty_kdop() {
+SOFTCD_HD constexpr Kdop18 empty_kdop() {
   Kdop18 dop{};
   for (int axis = 0; axis < kKdopAxes; ++axis) {
     dop.lo[axis] = FLT_MAX;

@@ -36,7 +36,7 @@ struct Extent {
   Vec3d lo{kInfinity, kInfinity, kInfinity}, hi{-kInfinity, -kInfinity, -kInfinity};
 
   SOFTCD_HD bool is_empty() const { return lo.x > hi.x; }
-  SOFTCD_HD void extend(const Vec3d& low, const Vec3d& high) {
+  SOFTCD_HD_SHORT void extend(const Vec3d& low, const Vec3d& high) {
     lo = {smaller(low.x, lo.x), smaller(low.y, lo.y), smaller(low.z, lo.z)};
     hi = {larger(high.x, hi.x), larger(high.y, hi.y), larger(high.z, hi.z)};
   }
@@ -111,7 +111,7 @@ struct PlacePosition {
   }
 };
 
-SOFTCD_HD inline void survey_end(const Vec3d& x, EndSurvey& survey) {
+SOFTCD_HD_SHORT void survey_end(const Vec3d& x, EndSurvey& survey) {
   if (is_usable(x)) {
     survey.extent.extend(x);
   } else {
@@ -128,7 +128,7 @@ SOFTCD_HD void survey_rounding(const Vec3d& x, const Vec3d& origin, EndSurvey& s
   }
 }
 
-SOFTCD_HD inline void survey_way(const Vec3d& x_t0, const Vec3d& x_t1, StepSurvey& survey) {
+SOFTCD_HD_SHORT void survey_way(const Vec3d& x_t0, const Vec3d& x_t1, StepSurvey& survey) {
   if (!is_usable(x_t0) || !is_usable(x_t1)) return;
   survey.moves |= !(x_t0 == x_t1);
   survey.squared_move = larger(survey.squared_move, squared_norm(x_t1 - x_t0));
@@ -136,7 +136,7 @@ SOFTCD_HD inline void survey_way(const Vec3d& x_t0, const Vec3d& x_t1, StepSurve
 
 /// Scans one vertex at both ends of the step. Skips t0 where it equals t1, or is not needed.
 template <class T>
-SOFTCD_HD void survey_vertex(const SurveyedVertices& vertices, std::uint64_t vertex, const Vec3d& origin, bool needs_t0,
+SOFTCD_HD_SHORT void survey_vertex(const SurveyedVertices& vertices, std::uint64_t vertex, const Vec3d& origin, bool needs_t0,
                              StepSurvey& survey) {
   const Vec3d x_t1 = position_at<T>(vertices.x_t1, vertex);
   survey_end(x_t1, survey.t1);

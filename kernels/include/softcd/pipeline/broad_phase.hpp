@@ -93,11 +93,14 @@ class BroadPhaseStages {
     }
   }
 
-  /// Counts the triangles that are not within the kept volumes.
+  /// Finds the triangles that are not within the kept volumes. Lists no more than kMostEscaped.
   void find_escaped() {
-    const auto counter = [](std::uint64_t& count) { return Appender<CountTarget>{{}, &count, 0}; };
-    backend_.for_each_append("find_escaped", triangles(), FindEscaped{w_.volumes.data(), w_.kept.volumes.data()},
-                             counter(counters_->active), counter(counters_->escaped));
+    w_.kept.escaped.reserve(backend_, kMostEscaped, 0);
+    w_.kept.escaped_groups.reserve(backend_, kMostEscaped / kEscapedGroup, 0);
+    backend_.for_each_append(
+        "find_escaped", triangles(), FindEscaped{w_.volumes.data(), w_.kept.volumes.data(), w_.shapes.data()},
+        Appender<CountTarget>{{}, &counters_->active, 0},
+        Appender<ArrayTarget<std::uint32_t>>{{w_.kept.escaped.data()}, &counters_->escaped, kMostEscaped});
   }
 
   /// Lowers the counters' headroom to the least of all triangles.
@@ -111,19 +114,26 @@ class BroadPhaseStages {
     backend_.for_each("keep_volumes", triangles(), KeepVolume{w_.volumes.data(), w_.kept.volumes.data(), slack});
   }
 
-  /// Keeps all pairs whose volumes overlap, wherever in these the triangles are. prepare() must have run.
-  void keep_pairs() {
+  /// Keeps all pairs whose volumes overlap, wherever in these the triangles are. Finds this detection's pairs among
+  /// them, by the `present` volumes. prepare() must have run.
+  void keep_pairs(const Kdop18* present) {
     test_share<false>({0, 1}, w_.kept.pairs);
     add_remaining<false>(w_.kept.pairs);
-    expand_patch_pairs<false>(w_.kept.pairs);
+    test_kept_pairs(present, 0U);
+    if constexpr (kMayHavePatches) {
+      if (scene_.patch_count > 0) keep_patch_pairs(present);
+    }
   }
 
-  /// Finds the pairs among the kept ones.
-  void test_kept_pairs() {
+  /// Finds the pairs among the kept ones, but for those of escaped triangles.
+  void test_kept_pairs() { test_kept_pairs(w_.volumes.data(), kEscapedTriangle); }
+
+  /// Finds the pairs of escaped triangles. There must be no more than kMostEscaped.
+  void look_up_escaped() {
     if (scene_.is_swept) {
-      test_kept_pairs<true>();
+      look_up_escaped<true>();
     } else {
-      test_kept_pairs<false>();
+      look_up_escaped<false>();
     }
   }
 
@@ -372,10 +382,51 @@ class BroadPhaseStages {
                              lists_.patch_pairs.appender(counters_));
   }
 
+  void keep_patch_pairs(const Kdop18* present) {
+    if (scene_.is_swept) {
+      keep_patch_pairs<true>(present);
+    } else {
+      keep_patch_pairs<false>(present);
+    }
+  }
+
   template <bool kSwept>
-  void test_kept_pairs() {
+  void keep_patch_pairs(const Kdop18* present) {
+    const KeepPatchPair<kSwept> keep{
+        {pair_test<false>(), patch_bounds<false>().data(), lists_.patch_pairs.template column<0>().data()},
+        pair_test<kSwept>(present)};
+    const auto keep_all = [&] {
+      backend_.for_each_part_filtered("keep_patch_pairs", lists_.patch_pairs.count(counters_), keep,
+                                      w_.kept.pairs.appender(counters_), lists_.pairs.appender(counters_));
+    };
+    produce(backend_, counters_, keep_all, w_.kept.pairs, lists_.pairs);
+  }
+
+  template <bool kSwept>
+  void look_up_escaped() {
+    const EscapedTriangles escaped{w_.kept.escaped.data(), &counters_->escaped};
+    Kdop18* const groups = w_.kept.escaped_groups.data();
+    backend_.for_each("bound_escaped", Count{&counters_->all, kMostEscaped / kEscapedGroup},
+                      BoundEscaped{escaped, w_.volumes.data(), groups});
+    const LookUpEscaped<kSwept> look_up{pair_test<kSwept>(), escaped, groups};
+    const auto look_up_all = [&] {
+      backend_.for_each_append("look_up_escaped", triangles(), look_up, lists_.pairs.appender(counters_));
+    };
+    produce(backend_, counters_, look_up_all, lists_.pairs);
+  }
+
+  void test_kept_pairs(const Kdop18* present, std::uint32_t left_out) {
+    if (scene_.is_swept) {
+      test_kept_pairs<true>(present, left_out);
+    } else {
+      test_kept_pairs<false>(present, left_out);
+    }
+  }
+
+  template <bool kSwept>
+  void test_kept_pairs(const Kdop18* present, std::uint32_t left_out) {
     backend_.begin(Stage::tests);
-    const TestKept<kSwept> test_kept{pair_test<kSwept>(), w_.kept.pairs.template column<0>().data()};
+    const TestKept<kSwept> test_kept{pair_test<kSwept>(present), w_.kept.pairs.template column<0>().data(), left_out};
     const auto test_all = [&] {
       backend_.for_each_append("test_kept", w_.kept.pairs.count(counters_), test_kept,
                                lists_.pairs.appender(counters_));
@@ -385,7 +436,11 @@ class BroadPhaseStages {
 
   template <bool kSwept>
   PairTest<kSwept> pair_test() {
-    return {scene_, w_.volumes.data(), w_.end_volumes.data(), w_.shapes.data()};
+    return pair_test<kSwept>(w_.volumes.data());
+  }
+  template <bool kSwept>
+  PairTest<kSwept> pair_test(const Kdop18* volumes) {
+    return {scene_, volumes, w_.end_volumes.data(), w_.shapes.data()};
   }
 
   Count bins() const { return {&counters_->all, w_.bins().count()}; }

@@ -220,7 +220,7 @@ class DetectionStages {
         has_found = keeping_->may_keep_pairs();
         if (has_found) keeping_->enqueue_pairs(broad_phase);
       });
-      if (has_found) return broad_phase.test_kept_pairs();
+      if (has_found) return;
     } else {
       broad_phase.prepare(Wanted::meeting_triangles, false);
     }

@@ -62,6 +62,14 @@ class Usefulness {
     detections_to_rest_ = kRest;
   }
 
+  /// Halves the slack if volumes have lasted far longer than planned: what moved has come to rest, and each detection
+  /// tests pairs that it does not need. Returns whether it has.
+  bool cuts_slack(float slack, int detections, float radius) {
+    if (detections < kLongLife || slack < kLeastSlack * radius) return false;
+    slack_ = 0.5F * slack;
+    return true;
+  }
+
   /// Learns that no triangle moves further than `move` from one detection to the next. `radius` is the mean triangle's.
   void learn(float move, float radius) {
     slack_ = 0.0F;
@@ -83,8 +91,11 @@ class Usefulness {
   /// The number of detections that volumes should last, and that they must last for the pairs to pay.
   static constexpr float kDetections = 6.0F;
   static constexpr float kFewestDetections = 3.0F;
-  /// In mean radii. More slack would add more pair tests than reuse saves.
+  /// In mean radii. More slack would add more pair tests than reuse saves. Less adds few.
   static constexpr float kMostSlack = 0.4F;
+  static constexpr float kLeastSlack = 0.05F;
+  /// A search for each so many detections costs little.
+  static constexpr int kLongLife = 32;
 
   int credit_ = 0;
   int detections_to_rest_ = 0;
@@ -96,7 +107,7 @@ class Usefulness {
 /// The results that a detection keeps for later ones, of the same query and of others:
 /// - the volumes of all triangles, grown by some slack;
 /// - if likely to be of use, all pairs of triangles whose volumes overlap.
-/// All pairs of a detection are among the kept pairs as long as each triangle's volume lies within the kept one.
+/// All pairs of triangles whose volumes lie within the kept ones are among the kept pairs.
 template <class Backend>
 struct KeptPairs {
   template <class T>
@@ -105,6 +116,9 @@ struct KeptPairs {
   Buffer<Kdop18> volumes;
   List<Backend, DetectionCounter<&Counters::kept>, ArrayTarget<std::uint64_t>, Buffer<std::uint64_t>> pairs;
   Buffer<KeptCounts> counts;
+  // See LookUpEscaped:
+  Buffer<std::uint32_t> escaped;
+  Buffer<Kdop18> escaped_groups;
   Buffer<SceneBody> grown_bodies;  ///< with partner boxes that the slack has grown
   /// The bodies and pairs of the kept detection, on the host; see SceneView.
   std::vector<SceneBody> bodies;
@@ -130,6 +144,7 @@ struct KeepingWork {
   bool measures_headroom = false;
   bool keeps_volumes = false;  ///< grown by `slack`
   bool keeps_pairs = false;
+  bool looks_up_escaped = false;  ///< beside the kept pairs
   float slack = 0.0F;
 
   friend bool operator==(const KeepingWork&, const KeepingWork&) = default;

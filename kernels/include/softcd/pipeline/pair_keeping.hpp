@@ -53,18 +53,22 @@ class PairKeeping {
     if (work_.measures_headroom) stages.measure_headroom();
   }
 
-  /// Whether all pairs of this detection are among the kept ones, by the counts of the comparison.
+  /// Whether to reuse the kept pairs, by the counts of the comparison: at most a few triangles have escaped. Returns
+  /// false, too, if the pairs should be found anew with less slack.
   bool is_served(const Counters& counters) {
     learn(lesson(), counters);
-    if (counters.escaped > 0) return false;
+    if (!have_few_escaped(counters)) return false;
+    work_.looks_up_escaped = counters.escaped > 0;
     kept_.misses = 0;
     kept_.was_of_use = true;
+    if (is_own() && usefulness_->cuts_slack(kept_.slack, kept_.age, kept_.mean_radius)) return false;
     return kept_.has_pairs;
   }
 
   void enqueue_reuse(Stages& stages) const {
     backend_.run_once("restore_kept_counts", RestoreKeptCounts{kept_.counts.data(), w_.counters.data()});
     stages.test_kept_pairs();
+    if (work_.looks_up_escaped) stages.look_up_escaped();
   }
 
   /// Decides what a detection that finds its pairs anew keeps:
@@ -122,9 +126,9 @@ class PairKeeping {
     return true;
   }
 
-  /// Keeps all pairs whose volumes overlap. Called within with_kept_volumes().
+  /// Keeps all pairs whose volumes overlap, and finds this detection's pairs. Called within with_kept_volumes().
   void enqueue_pairs(Stages& stages) const {
-    stages.keep_pairs();
+    stages.keep_pairs(grows_volumes() ? kept_.volumes.data() : w_.volumes.data());
     backend_.run_once("store_kept_counts", StoreKeptCounts{w_.counters.data(), kept_.counts.data()});
   }
 
@@ -163,8 +167,13 @@ class PairKeeping {
 
   Lesson lesson() const { return {kept_.usefulness, kept_.slack, kept_.mean_radius, kept_.age}; }
 
+  static bool have_few_escaped(const Counters& counters) {
+    constexpr std::uint64_t kShare = 8;
+    return counters.escaped <= kMostEscaped && kShare * counters.escaped <= counters.active;
+  }
+
   void learn(const Lesson& lesson, const Counters& counters) {
-    if (counters.escaped == 0) {
+    if (have_few_escaped(counters)) {
       lesson.usefulness->confirm();
     } else if (work_.measures_headroom) {
       const float move = lesson.slack - counters.headroom;

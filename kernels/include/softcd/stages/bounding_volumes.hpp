@@ -15,6 +15,8 @@ namespace softcd {
 constexpr std::uint32_t kBigTriangle = 1U << 9;
 /// The triangles of the patch take part one by one.
 constexpr std::uint32_t kLoosePatch = 1U << 10;
+/// The triangle is not within its kept volume. Set by FindEscaped.
+constexpr std::uint32_t kEscapedTriangle = 1U << 11;
 /// The body wants contacts of this kind.
 constexpr std::uint32_t kWantsVertexTriangle = 1U << 7;
 constexpr std::uint32_t kWantsEdgeEdge = 1U << 8;
@@ -46,8 +48,10 @@ struct BoundTriangle {
   }
 
   SOFTCD_HD void leave_out(std::uint32_t t) const {
-    volumes[t] = empty_kdop();
-    if (scene.is_swept) end_volumes[t] = softcd::end_volumes(empty_kdop(), empty_kdop());
+    constexpr Kdop18 kEmpty = empty_kdop();
+    constexpr EndVolumes kEmptyEnds = softcd::end_volumes(kEmpty, kEmpty);
+    volumes[t] = kEmpty;
+    if (scene.is_swept) end_volumes[t] = kEmptyEnds;
     shapes[t] = {0.0F, 0.0F, 0U, 0.0F};
   }
 

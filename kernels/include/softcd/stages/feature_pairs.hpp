@@ -24,14 +24,19 @@ SOFTCD_HD constexpr int nth_bit3(std::uint32_t bits, std::uint32_t n) {
   return first + ((bits >> 1) & 1U) > n ? 1 : 2;
 }
 
+/// How near features have to be for a contact. Upper bounds: the narrow phase computes the margin itself.
+struct FeatureReach {
+  float margin;    ///< no less than contact_margin
+  float distance;  ///< within which they can be in contact
+};
+
 /// Two triangles that may touch, and which corners (vertex-triangle) or sides (edge-edge) of each the pair has to test.
 template <ContactKind kKind>
 struct FeatureWork {
   std::uint32_t a, b;
   Triangle corners_a, corners_b;
   std::uint32_t owned_a, owned_b;  ///< three bits each
-  float margin;                    ///< of their bodies together
-  float rounding;                  ///< of their corners together
+  FeatureReach reach_a, reach_b;   ///< of the corners of each, of sides both the same
 
   SOFTCD_HD std::uint32_t part_count() const {
     const std::uint32_t count_a = count_bits3(owned_a);
@@ -44,8 +49,7 @@ struct FeatureWork {
 struct FeatureCandidate {
   FeatureVertices vertices;
   std::uint32_t first, second;
-  float margin;    ///< no less than contact_margin
-  float distance;  ///< within which they can be in contact
+  FeatureReach reach;
 };
 
 /// Rejects features that are certain to stay apart:
@@ -63,23 +67,22 @@ struct FeatureTest {
   /// Returns false if the features are apart along x, y or z: most are.
   SOFTCD_HD bool filter(const FeatureCandidate& candidate) const {
     return !certainly_apart_on_straight_axes<kSwept, kCountA>(load(candidate.vertices),
-                                                              straight_distance(candidate.distance));
+                                                              straight_distance(candidate.reach.distance));
   }
 
-  /// Sets the margin and the distance of a candidate whose vertices are known. `margin` is the sum of its bodies'
-  /// margins, `rounding` that of its corners' roundings. A vertex's margin may be larger.
-  SOFTCD_HD void set_reach(FeatureCandidate& candidate, float margin, float rounding) const {
-    if (scene.motion_margin > 0.0F) margin = contact_margin<kKind, float>(scene, candidate.vertices);
-    candidate.margin = outward_up(margin);
-    candidate.distance =
-        kKind == ContactKind::vertex_triangle ? scene.contact_distance(candidate.margin) : candidate.margin;
-    if (rounding > 0.0F) candidate.distance = outward_up(candidate.distance + outward_up(rounding));
+  /// Returns the reach for a sum of margins, and a sum of corners' roundings.
+  SOFTCD_HD FeatureReach reach_of(float margin, float rounding) const {
+    FeatureReach reach{};
+    reach.margin = outward_up(margin);
+    reach.distance = kKind == ContactKind::vertex_triangle ? scene.contact_distance(reach.margin) : reach.margin;
+    if (rounding > 0.0F) reach.distance = outward_up(reach.distance + outward_up(rounding));
+    return reach;
   }
 
   /// Returns false if the features, which pass the filter, are certain to stay apart.
   SOFTCD_HD bool keeps(const FeatureCandidate& candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
-    const float margin = candidate.distance;
+    const float margin = candidate.reach.distance;
     if constexpr (!kSwept && kKind == ContactKind::vertex_triangle) {
       if (scene.has_certain_slabs() && certainly_beside_slab(candidate)) return false;
     }
@@ -119,7 +122,7 @@ struct FeatureTest {
 
   SOFTCD_HD_SELDOM bool certainly_beside_slab(FeatureCandidate candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
-    return certainly_outside_slab(detail::relative_pair<kKind>(points.t1), candidate.margin);
+    return certainly_outside_slab(detail::relative_pair<kKind>(points.t1), candidate.reach.margin);
   }
 };
 
@@ -139,20 +142,31 @@ struct ExpandPair {
     const auto a = static_cast<std::uint32_t>(pairs[i] >> 32);
     const auto b = static_cast<std::uint32_t>(pairs[i]);
     const SceneView& scene = feature_test.scene;
-    const float margin = scene.bodies[scene.triangle_body[a]].margin + scene.bodies[scene.triangle_body[b]].margin;
     const TriangleShape shape_a = shapes[a];
     const TriangleShape shape_b = shapes[b];
     constexpr std::uint32_t kWanted = kKind == ContactKind::vertex_triangle ? kWantsVertexTriangle : kWantsEdgeEdge;
     constexpr std::uint32_t kShift = kKind == ContactKind::vertex_triangle ? 0 : 3;
     const std::uint32_t bits = (shape_a.flags & shape_b.flags & kWanted) != 0U ? 7U : 0U;
-    return {a,
-            b,
-            scene.triangles[a],
-            scene.triangles[b],
-            (shape_a.flags >> kShift) & bits_against(shape_b, bits),
-            (shape_b.flags >> kShift) & bits_against(shape_a, bits),
-            margin,
-            shape_a.rounding + shape_b.rounding};
+    Item work{a,
+              b,
+              scene.triangles[a],
+              scene.triangles[b],
+              (shape_a.flags >> kShift) & bits_against(shape_b, bits),
+              (shape_b.flags >> kShift) & bits_against(shape_a, bits),
+              {},
+              {}};
+    const std::uint32_t body_a = scene.triangle_body[a];
+    const std::uint32_t body_b = scene.triangle_body[b];
+    const float margin_a = scene.bodies[body_a].margin;
+    const float margin_b = scene.bodies[body_b].margin;
+    const float rounding = shape_a.rounding + shape_b.rounding;
+    work.reach_a = work.reach_b = feature_test.reach_of(margin_a + margin_b, rounding);
+    if (kKind == ContactKind::vertex_triangle && body_a != body_b && scene.motion_margin > 0.0F) {
+      // A vertex's margin grows with its motion, and no triangle around it has grown by less.
+      work.reach_a = feature_test.reach_of(shape_a.growth + margin_b, rounding);
+      work.reach_b = feature_test.reach_of(margin_a + shape_b.growth, rounding);
+    }
+    return work;
   }
 
   /// Returns false if the features share a vertex or are apart along x, y or z: most are.
@@ -184,7 +198,7 @@ struct ExpandPair {
     return kKind == ContactKind::vertex_triangle && (other.flags & kSegment) != 0U ? 0U : bits;
   }
 
-  /// Finds the vertices of a part and their distance. Returns false if two are the same.
+  /// Finds the vertices of a part and their reach. Returns false if two are the same.
   SOFTCD_HD bool pick(const Item& work, std::uint32_t part, Candidate& candidate) const {
     if constexpr (kKind == ContactKind::vertex_triangle) {
       const std::uint32_t count_a = count_bits3(work.owned_a);
@@ -194,6 +208,7 @@ struct ExpandPair {
       const Triangle& t = is_of_a ? work.corners_b : work.corners_a;
       if (v == t.v[0] || v == t.v[1] || v == t.v[2]) return false;
       candidate.vertices = {{v, t.v[0], t.v[1], t.v[2]}};
+      candidate.reach = is_of_a ? work.reach_a : work.reach_b;
     } else {
       const std::uint32_t count_b = count_bits3(work.owned_b);
       const int side_a = nth_bit3(work.owned_a, part / count_b);
@@ -206,8 +221,8 @@ struct ExpandPair {
       const std::uint32_t s = u.v[side_b == 2 ? 0 : side_b + 1];
       if (p == r || p == s || q == r || q == s) return false;
       candidate.vertices = {{p, q, r, s}};
+      candidate.reach = work.reach_a;
     }
-    feature_test.set_reach(candidate, work.margin, work.rounding);
     return true;
   }
 
@@ -253,7 +268,7 @@ struct TestNeighbours {
     candidate.first = first_feature(item.features);
     candidate.second = second_feature(item.features);
     const SceneBody& body = scene.bodies[scene.vertex_body[candidate.vertices.v[0]]];
-    feature_test.set_reach(candidate, body.margin + body.margin, rounding_of(body, candidate.vertices));
+    candidate.reach = feature_test.reach_of(body.margin + body.margin, rounding_of(body, candidate.vertices));
     const bool is_wanted = kKind == ContactKind::vertex_triangle ? body.vertex_triangle : body.edge_edge;
     return body.lists_neighbours && is_wanted;
   }

@@ -6,20 +6,32 @@
 #include "softcd/math/kdop.hpp"
 #include "softcd/stages/pair_tests.hpp"
 
-/// Pairs of triangles that an earlier detection kept, for a detection whose volumes lie within the kept ones.
+/// Pairs of triangles that an earlier detection kept, for a detection of which most volumes lie within the kept ones.
+/// Other triangles have escaped. A pair of volumes that overlap is found by exactly one of two stages:
+/// - by TestKept if neither triangle has escaped. Their kept volumes then overlap, too, so that the pair was kept;
+/// - by LookUpEscaped if one has, or both have. It compares each escaped triangle with all others.
 namespace softcd {
 
-/// Counts the triangles that take part, and those of them that are not within their kept volumes.
+/// The most escaped triangles that are looked up. For more, a new search takes no longer.
+constexpr std::uint32_t kMostEscaped = 512;
+/// Escaped triangles that are skipped at once if the volume around them is apart from another triangle's.
+constexpr std::uint32_t kEscapedGroup = 16;
+
+/// Counts the triangles that take part. Lists and flags those of them that are not within their kept volumes.
 struct FindEscaped {
   const Kdop18* volumes;
   const Kdop18* kept_volumes;
+  TriangleShape* shapes;
 
   template <class Active, class Escaped>
   SOFTCD_HD void operator()(std::uint32_t t, Active& active, Escaped& escaped) const {
     const Kdop18& volume = volumes[t];
     if (is_empty(volume)) return;
     active.push(t);
-    if (!contains(kept_volumes[t], volume)) escaped.push(t);
+    if (!contains(kept_volumes[t], volume)) {
+      shapes[t].flags |= kEscapedTriangle;
+      escaped.push(t);
+    }
   }
 };
 
@@ -56,21 +68,73 @@ struct KeepVolume {
   }
 };
 
-/// Tests a kept pair as a detection tests two triangles that meet in a cell.
+/// Tests a pair of triangles as a detection tests two that meet in a cell.
+template <bool kSwept>
+SOFTCD_HD bool may_touch_outside_cells(const PairTest<kSwept>& test, std::uint32_t t, std::uint32_t u) {
+  if (!overlap(test.volumes[t], test.volumes[u])) return false;
+  const Entry a = test.entry_of(t);
+  const Entry b = test.entry_of(u);
+  return test.classes_may_touch(test.touchable_classes(a), b) && test.own_features(a, b) && test.may_touch(a, b);
+}
+
+/// Tests a kept pair. Leaves out pairs of triangles that have one of the flags `left_out`.
 template <bool kSwept>
 struct TestKept {
   PairTest<kSwept> test;
   const std::uint64_t* kept;
+  std::uint32_t left_out;
 
   template <class Pairs>
   SOFTCD_HD void operator()(std::uint32_t i, Pairs& pairs) const {
     const auto t = static_cast<std::uint32_t>(kept[i] >> 32);
     const auto u = static_cast<std::uint32_t>(kept[i]);
-    if (!overlap(test.volumes[t], test.volumes[u])) return;
-    const Entry a = test.entry_of(t);
-    const Entry b = test.entry_of(u);
-    if (!test.classes_may_touch(test.touchable_classes(a), b) || !test.own_features(a, b)) return;
-    if (test.may_touch(a, b)) pairs.push(kept[i]);
+    if (((test.shapes[t].flags | test.shapes[u].flags) & left_out) != 0U) return;
+    if (may_touch_outside_cells(test, t, u)) pairs.push(kept[i]);
+  }
+};
+
+/// The triangles that have escaped, at most kMostEscaped.
+struct EscapedTriangles {
+  const std::uint32_t* triangles;
+  const std::uint64_t* count;
+};
+
+/// Bounds a group of escaped triangles.
+struct BoundEscaped {
+  EscapedTriangles escaped;
+  const Kdop18* volumes;
+  Kdop18* groups;
+
+  SOFTCD_HD void operator()(std::uint32_t group) const {
+    Kdop18 bounds = empty_kdop();
+    for (std::uint32_t i = group * kEscapedGroup; i < (group + 1) * kEscapedGroup && i < *escaped.count; ++i) {
+      bounds = merged(bounds, volumes[escaped.triangles[i]]);
+    }
+    groups[group] = bounds;
+  }
+};
+
+/// Finds the pairs of a triangle with escaped ones. Two that have both escaped find their pair from the higher one.
+template <bool kSwept>
+struct LookUpEscaped {
+  PairTest<kSwept> test;
+  EscapedTriangles escaped;
+  const Kdop18* groups;
+
+  template <class Pairs>
+  SOFTCD_HD void operator()(std::uint32_t t, Pairs& pairs) const {
+    const Kdop18& volume = test.volumes[t];
+    if (is_empty(volume)) return;
+    const bool has_escaped = (test.shapes[t].flags & kEscapedTriangle) != 0U;
+    for (std::uint32_t i = 0; i < *escaped.count; ++i) {
+      if (i % kEscapedGroup == 0 && !overlap(groups[i / kEscapedGroup], volume)) {
+        i += kEscapedGroup - 1;
+        continue;
+      }
+      const std::uint32_t u = escaped.triangles[i];
+      if (u == t || (has_escaped && t < u)) continue;
+      if (may_touch_outside_cells(test, smaller(t, u), larger(t, u))) pairs.push(pair_key(t, u));
+    }
   }
 };
 

@@ -113,7 +113,12 @@ struct PairTest {
     if (scene.self_collision && share_vertex(scene.triangles[a.root], scene.triangles[b.root])) {
       return neighbours_may_touch(a.root, b.root);
     }
-    return volumes_meet(a.root, b.root) && meet_on_their_way(a.root, b.root);
+    return may_meet(a.root, b.root);
+  }
+
+  /// Decides the same for triangles of bodies that may touch, which share no vertex.
+  SOFTCD_HD bool may_meet(std::uint32_t a, std::uint32_t b) const {
+    return volumes_meet(a, b) && meet_on_their_way(a, b);
   }
 
   /// Decides the same for triangles that meet by volumes_meet(), of bodies that may touch.

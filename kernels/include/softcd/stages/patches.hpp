@@ -383,4 +383,21 @@ struct ExpandPatchPair {
   }
 };
 
+/// Finds the pairs of triangles of a pair with a patch twice: all whose kept volumes overlap, to keep them, and those
+/// of them that ExpandPatchPair<kSwept> would find, for the detection itself. Tests the latter while their volumes are
+/// at hand. Pairs that share a vertex are neither, because pairs are kept only where neighbours are listed.
+template <bool kSwept>
+struct KeepPatchPair : ExpandPatchPair<false> {
+  PairTest<kSwept> test;  ///< of the volumes of this detection
+
+  template <class Kept, class Pairs>
+  SOFTCD_HD void test_meeting(const Candidate& candidate, Kept& kept, Pairs& pairs) const {
+    const std::uint32_t a = candidate.a.root;
+    const std::uint32_t b = candidate.b.root;
+    if (!pair_test.own_features(candidate.a, candidate.b) || !pair_test.meeting_triangles_may_touch(a, b)) return;
+    kept.push(pair_key(a, b));
+    if (test.may_meet(a, b)) pairs.push(pair_key(a, b));
+  }
+};
+
 }  // namespace softcd
