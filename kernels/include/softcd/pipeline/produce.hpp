@@ -3,7 +3,7 @@
 #include <array>
 #include <tuple>
 
-#include "softcd/pipeline/workspace.hpp"
+#include "softcd/pipeline/lists.hpp"
 
 namespace softcd {
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "softcd/pipeline/workspace.hpp"
+#include "softcd/pipeline/lists.hpp"
 #include "softcd/stages/contact_ranges.hpp"
 
 namespace softcd {
