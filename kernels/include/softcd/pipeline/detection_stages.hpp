@@ -209,8 +209,8 @@ class DetectionStages {
     }
   }
 
-  /// Finds pairs among those that an earlier detection kept, if all possible ones are among them. Otherwise finds them
-  /// anew.
+  /// Finds the pairs among those that an earlier detection kept, and looks up triangles that have escaped. If that is
+  /// not possible, finds all pairs anew.
   void find_pairs_or_reuse(BroadPhase& broad_phase, NarrowPhase& narrow_phase) {
     if (has_reused_) return keeping_->enqueue_reuse(broad_phase);
     bool has_found = false;
