@@ -136,8 +136,8 @@ SOFTCD_HD_SHORT void survey_way(const Vec3d& x_t0, const Vec3d& x_t1, StepSurvey
 
 /// Scans one vertex at both ends of the step. Skips t0 where it equals t1, or is not needed.
 template <class T>
-SOFTCD_HD_SHORT void survey_vertex(const SurveyedVertices& vertices, std::uint64_t vertex, const Vec3d& origin, bool needs_t0,
-                             StepSurvey& survey) {
+SOFTCD_HD_SHORT void survey_vertex(const SurveyedVertices& vertices, std::uint64_t vertex, const Vec3d& origin,
+                                   bool needs_t0, StepSurvey& survey) {
   const Vec3d x_t1 = position_at<T>(vertices.x_t1, vertex);
   survey_end(x_t1, survey.t1);
   survey_rounding<T>(x_t1, origin, survey.t1);
