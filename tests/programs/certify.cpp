@@ -146,7 +146,7 @@ TEST_F(Certify, hashes_are_those_of_the_files) {
   const std::string frames = write_frames("frames", {standing_at("1"), standing_at("2")});
   const nlohmann::json json = certificate(frames, 0);
   const Result sums = run_shell("sha256sum " + frames + "/frame1.obj", folder_);
-  EXPECT_EQ(sums.output.substr(0, 64), json["meshes"][0]["files"][1]["sha256"]);
+  EXPECT_EQ(json["meshes"][0]["files"][1]["sha256"], sums.output.substr(0, 64));
 }
 
 TEST_F(Certify, finds_edges_that_cross_by_a_millionth) {
