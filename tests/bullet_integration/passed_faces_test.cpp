@@ -76,11 +76,11 @@ TEST(ContactEconomy, pushes_nodes_back_that_end_near_another_face_than_they_have
   for (const btScalar beside : {btScalar(-0.002), btScalar(0.002)}) {
     Still still(settings_choosing(Contacts::closest_feature));
     still.add(bent_sheet());
-    demo::ClothShape line = flat(btScalar(-0.03));
-    line.position = [=, on = line.position](int column, int row) {
-      return on(column, row) + btVector3(beside, 0, kCell / 4);
+    demo::ClothShape below = bent_sheet();
+    below.position = [=, on = below.position](int column, int row) {
+      return on(column, row) + btVector3(beside, btScalar(-0.03), kCell / 4);
     };
-    btSoftBody& moving = still.add(line);
+    btSoftBody& moving = still.add(below);
     moving.setVelocity(btVector3(0, btScalar(0.06), 0) / kStep);
     moving.m_cfg.kDP = 0;
     still.step();
@@ -101,11 +101,11 @@ TEST(ContactEconomy, pushes_nodes_on_where_their_edges_start_through_the_face) {
   constexpr int kLastBelow = 3;
   Still still(settings_choosing(Contacts::closest_feature));
   still.add(flat(0));
-  demo::ClothShape step = flat(0, kCell / 4);
-  step.position = [on = step.position](int column, int row) {
-    return on(column, row) + btVector3(0, btScalar(column <= kLastBelow ? -0.01 : 0.05), 0);
+  demo::ClothShape stair = flat(0);
+  stair.position = [on = stair.position](int column, int row) {
+    return on(column, row) + btVector3(kCell / 4, btScalar(column <= kLastBelow ? -0.01 : 0.05), kCell / 8);
   };
-  btSoftBody& moving = still.add(step);
+  btSoftBody& moving = still.add(stair);
   moving.setVelocity(btVector3(0, btScalar(0.02), 0) / kStep);
   moving.m_cfg.kDP = 0;
   still.step();
