@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <new>
 
 #include "native/pair_order.hpp"
@@ -138,17 +139,17 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCol
                                      const PairGate& gate, btScalar time_step) {
   if (settings_.untangle) untangling.run([&](Untangling& regions) { regions.move(objects, time_step); });
   if (!prevents_crossings()) return;
-  std::vector<btSoftBody*> wanted;
-  for (btSoftBody* body : bodies) {
-    if (prevents_crossings(*body)) wanted.push_back(body);
-  }
-  if (wanted.empty() && crossings.get() != nullptr && crossings.get()->is_idle()) return;
+  const auto is_wanted = [this](const btSoftBody* body) { return prevents_crossings(*body); };
+  const bool has_any = std::any_of(bodies.begin(), bodies.end(), is_wanted);
+  if (!has_any && crossings.get() != nullptr && crossings.get()->is_idle()) return;
   Surroundings surroundings;
   if (settings_.rigid_meshes) {
     surroundings = {&objects, [&](btSoftBody& soft, btCollisionObject& object) { return gate.admits(soft, object); }};
   }
   const WorldPairs pairs = pairs_of(gate);
   crossings.run([&](CrossingPrevention& prevention) {
+    std::vector<btSoftBody*> wanted;
+    std::copy_if(bodies.begin(), bodies.end(), std::back_inserter(wanted), is_wanted);
     prevention.run({wanted.data(), wanted.size()}, std::cref(pairs), time_step, surroundings, released());
   });
   if (crossings.get() != nullptr) read_out.add_crossings(crossings.get()->impulses(), bodies);
