@@ -30,7 +30,7 @@ EdgeContact edge_contact_of(const MemberContact& found);
 /// several removes as much as all of them.
 ///
 /// `is_turned` pushes a node back to the side from which it came, where Bullet's formulas push it on. Within a body,
-/// where Bullet has no test, contacts for which has_crossed_to_wrong_side() are always turned.
+/// where Bullet has no test, contacts of nodes for which has_crossed_to_wrong_side() are always turned.
 bool is_soft_contact(const MemberContact& found, Detection detection);
 void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share,
                         SoftContactBatch& out);
