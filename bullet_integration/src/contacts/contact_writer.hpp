@@ -30,14 +30,14 @@ EdgeContact edge_contact_of(const MemberContact& found);
 /// several removes as much as all of them.
 ///
 /// `is_turned` pushes a node back to the side from which it came, where Bullet's formulas push it on. Within a body,
-/// where Bullet has no test, contacts of nodes for which has_crossed_to_wrong_side() are always turned.
+/// where Bullet has no test, has_crossed_to_wrong_side() alone decides.
 bool is_soft_contact(const MemberContact& found, Detection detection);
 void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share,
                         SoftContactBatch& out);
 
-/// Classic worlds: returns whether the node goes through the face in this step. Two kinds of node do not count: one that
-/// leaves another body, which is closed, as it was inside and is on its way out; and one whose edges start through the
-/// face, as neither side is then the right one.
+/// Classic worlds: returns whether the node goes through the face in this step, to the wrong side. That excludes a node
+/// that leaves another body, which is closed. It also excludes a node with an edge through the face when the step
+/// begins: then no side is known to be the right one.
 bool has_crossed_to_wrong_side(const MemberContact& found);
 
 /// Classic worlds: returns the margin_cut with which `one` of the `several` written contacts pushes as all of them
