@@ -10,6 +10,7 @@
 #include "LinearMath/btAabbUtil2.h"
 #include "scenes/exact_intersection.hpp"
 #include "scenes/vectors.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::demo {
 namespace {

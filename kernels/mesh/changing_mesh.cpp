@@ -1,4 +1,5 @@
 #include "softcd/mesh/changing_mesh.hpp"
+#include "softcd/mesh/features.hpp"
 
 #include <algorithm>
 

@@ -15,6 +15,7 @@
 #include "scenes/penetration.hpp"
 #include "soft_body_steps.hpp"
 #include "soft_body_support.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::test {
 namespace {

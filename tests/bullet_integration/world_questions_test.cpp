@@ -23,6 +23,7 @@
 #include "reference_distance.hpp"
 #include "scenes/exact_intersection.hpp"
 #include "scenes/vectors.hpp"
+#include "softcd/mesh/features.hpp"
 #include "world_probes.hpp"
 
 namespace softcd::test {

@@ -7,6 +7,7 @@
 
 #include "probing.hpp"
 #include "scenes/exact_intersection.hpp"
+#include "softcd/mesh/features.hpp"
 
 /// Finds intersecting triangles by a rational segment-triangle test that shares no code with the detector.
 namespace softcd::test {

@@ -15,6 +15,7 @@
 #include "mesh_generators.hpp"
 #include "random.hpp"
 #include "scene_parts.hpp"
+#include "softcd/mesh/features.hpp"
 
 // Bodies with some changed triangles have the contacts of a scene that is made anew.
 namespace softcd::test {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "body_pairs.hpp"
+#include "softcd/mesh/features.hpp"
 
 // Intersections that a change of a mesh would make are compared with rational arithmetic, and with the scene after the
 // change.

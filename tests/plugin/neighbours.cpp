@@ -6,6 +6,7 @@
 #include "expectations.hpp"
 #include "fans.hpp"
 #include "mesh_generators.hpp"
+#include "softcd/mesh/features.hpp"
 
 // Triangles of one body that share a vertex: their features are listed once, not found again.
 namespace softcd::test {

@@ -11,6 +11,7 @@
 #include "box_sweep.hpp"
 #include "exact_ccd.hpp"
 #include "scene_geometry.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::test {
 namespace {

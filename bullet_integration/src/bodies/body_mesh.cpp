@@ -9,6 +9,7 @@
 
 #include "bodies/vectors.hpp"
 #include "softcd/core/parallel.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::bullet {
 namespace {

@@ -8,6 +8,7 @@
 #include "contacts/edge_economy.hpp"
 #include "softcd/core/parallel.hpp"
 #include "softcd/math/closest_point.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::bullet {
 namespace {

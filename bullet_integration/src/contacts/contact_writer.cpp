@@ -10,6 +10,7 @@
 #include "contacts/joint_margin.hpp"
 #include "native/native_trees.hpp"
 #include "softcd/math/closest_point.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::bullet {
 namespace {

@@ -7,6 +7,7 @@
 #include "bodies/vectors.hpp"
 #include "softcd/math/closest_point.hpp"
 #include "softcd/math/scalar.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::bullet {
 namespace {

@@ -12,6 +12,7 @@
 #include "softcd/core/vec3.hpp"
 #include "softcd/math/closest_point.hpp"
 #include "softcd/math/scalar.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::bullet {
 namespace {

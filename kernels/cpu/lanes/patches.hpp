@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "../work_units.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/stages/patches.hpp"
 
 namespace softcd::cpu {

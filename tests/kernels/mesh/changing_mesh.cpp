@@ -11,6 +11,7 @@
 
 #include "mesh_generators.hpp"
 #include "random.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/mesh/neighbour_lister.hpp"
 
 namespace softcd::test {

@@ -9,6 +9,7 @@
 
 #include "mesh_generators.hpp"
 #include "random.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::test {
 namespace {

@@ -11,6 +11,7 @@
 #include "exact_ccd.hpp"
 #include "host_scene.hpp"
 #include "reference_distance.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/stages/pair_tests.hpp"
 
 namespace softcd::test {

@@ -7,6 +7,7 @@
 
 #include "host_scene.hpp"
 #include "random.hpp"
+#include "softcd/mesh/features.hpp"
 
 namespace softcd::test {
 namespace {

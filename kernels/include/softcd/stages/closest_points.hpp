@@ -7,6 +7,7 @@
 #include "softcd/math/closest_point.hpp"
 #include "softcd/math/pseudo_normal.hpp"
 #include "softcd/math/ray_triangle.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/stages/probed_scene.hpp"
 
 namespace softcd {

@@ -7,6 +7,7 @@
 #include "softcd/math/box.hpp"
 #include "softcd/math/end_volumes.hpp"
 #include "softcd/math/kdop.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/mesh/scene_view.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_ranges.hpp"

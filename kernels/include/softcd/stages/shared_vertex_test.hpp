@@ -4,6 +4,7 @@
 
 #include "softcd/math/closest_point.hpp"
 #include "softcd/math/scalar.hpp"
+#include "softcd/mesh/features.hpp"
 #include "softcd/mesh/scene_view.hpp"
 
 namespace softcd {
