@@ -68,7 +68,7 @@ double processor_milliseconds() {
   return double(time.tv_sec) * 1e3 + double(time.tv_nsec) * 1e-6;
 }
 
-/// What a run counts.
+/// Has the figures that a run counts.
 struct Counts {
   std::size_t triangles = 0;       ///< when it starts
   std::size_t crossed_frames = 0;  ///< frames that end with a crossing, if these are wanted

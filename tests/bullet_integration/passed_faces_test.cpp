@@ -96,7 +96,7 @@ TEST(ContactEconomy, pushes_nodes_back_that_end_near_another_face_than_they_have
   }
 }
 
-// Where sheets are through each other, nodes on either side come and go. Pushing them back would keep the sheets so.
+// Nodes of sheets that are through each other pass to and fro. Pushing them back would keep the sheets like that.
 TEST(ContactEconomy, pushes_nodes_on_where_their_edges_start_through_the_face) {
   constexpr int kLastBelow = 3;
   Still still(settings_choosing(Contacts::closest_feature));
