@@ -9,6 +9,7 @@
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h"
 #include "native/pair_gate.hpp"
+#include "native/registered_algorithm.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -106,14 +107,28 @@ RigidPairs::Collected RigidPairs::take_collected(RigidPairKind kind) {
   return std::exchange(list(kind).collected, {});
 }
 
-CollectingRigidPairs::CreateFunc::CreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1,
-                                             const std::shared_ptr<RigidPairs>& pairs)
-    : pairs_(pairs), is_swapped_(type1 == SOFTBODY_SHAPE_PROXYTYPE), registered_(dispatcher, type0, type1, *this) {}
+btCollisionAlgorithmCreateFunc*& CollectingRigidPairs::CreateFunc::entry(btCollisionDispatcher& dispatcher,
+                                                                         int type) const {
+  return is_swapped_ ? registered_algorithm(dispatcher, type, SOFTBODY_SHAPE_PROXYTYPE)
+                     : registered_algorithm(dispatcher, SOFTBODY_SHAPE_PROXYTYPE, type);
+}
+
+void CollectingRigidPairs::CreateFunc::replace(btCollisionDispatcher& dispatcher, int type) {
+  originals_[static_cast<std::size_t>(type)] = std::exchange(entry(dispatcher, type), this);
+}
+
+/// An entry that has changed again stays.
+void CollectingRigidPairs::CreateFunc::give_back(btCollisionDispatcher& dispatcher, int type) {
+  btCollisionAlgorithmCreateFunc*& now = entry(dispatcher, type);
+  if (now == this) now = originals_[static_cast<std::size_t>(type)];
+}
 
 btCollisionAlgorithm* CollectingRigidPairs::CreateFunc::CreateCollisionAlgorithm(
     btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* body0,
     const btCollisionObjectWrapper* body1) {
-  btCollisionAlgorithm* original = registered_.original().CreateCollisionAlgorithm(info, body0, body1);
+  const int type = (is_swapped_ ? body0 : body1)->getCollisionShape()->getShapeType();
+  btCollisionAlgorithm* const original =
+      originals_[static_cast<std::size_t>(type)]->CreateCollisionAlgorithm(info, body0, body1);
   // Does not use the dispatcher's pool, which ignores sizes.
   void* memory = btAlignedAlloc(sizeof(AlgorithmInFront), 16);
   return new (memory) AlgorithmInFront(info, original, pairs_, is_swapped_);
@@ -121,31 +136,36 @@ btCollisionAlgorithm* CollectingRigidPairs::CreateFunc::CreateCollisionAlgorithm
 
 CollectingRigidPairs::CollectingRigidPairs(btCollisionDispatcher& dispatcher, std::shared_ptr<RigidPairs> pairs,
                                            bool meshes, bool convex)
-    : pairs_(std::move(pairs)) {
+    : dispatcher_(dispatcher),
+      pairs_(std::move(pairs)),
+      meshes_(meshes),
+      convex_(convex),
+      soft_first_(pairs_, /*is_swapped=*/false),
+      soft_second_(pairs_, /*is_swapped=*/true) {
   pairs_->set_collecting(RigidPairKind::mesh, meshes);
   pairs_->set_collecting(RigidPairKind::convex, convex);
-  for (int type = BOX_SHAPE_PROXYTYPE; convex && type < CONCAVE_SHAPES_START_HERE; ++type) {
-    stand_before(dispatcher, type);
-  }
-  if (convex) stand_before(dispatcher, COMPOUND_SHAPE_PROXYTYPE);
-  for (const int type : kMeshTypes) {
-    if (meshes) stand_before(dispatcher, type);
-  }
+  for_each_type([this](int type) {
+    soft_first_.replace(dispatcher_, type);
+    soft_second_.replace(dispatcher_, type);
+  });
 }
 
 CollectingRigidPairs::~CollectingRigidPairs() {
   pairs_->set_collecting(RigidPairKind::mesh, false);
   pairs_->set_collecting(RigidPairKind::convex, false);
-  while (creator_count_ > 0) std::destroy_at(&creators_[--creator_count_].function);
+  for_each_type([this](int type) {
+    soft_first_.give_back(dispatcher_, type);
+    soft_second_.give_back(dispatcher_, type);
+  });
 }
 
-void CollectingRigidPairs::stand_before(btCollisionDispatcher& dispatcher, int type) {
-  const auto add = [&](int type0, int type1) {
-    std::construct_at(&creators_[creator_count_].function, dispatcher, type0, type1, pairs_);
-    ++creator_count_;
-  };
-  add(SOFTBODY_SHAPE_PROXYTYPE, type);
-  add(type, SOFTBODY_SHAPE_PROXYTYPE);
+/// Calls visit(type) for the types of the shapes whose pairs are collected.
+template <class Visit>
+void CollectingRigidPairs::for_each_type(Visit visit) const {
+  if (meshes_) std::for_each(std::begin(kMeshTypes), std::end(kMeshTypes), visit);
+  if (!convex_) return;
+  for (int type = BOX_SHAPE_PROXYTYPE; type < CONCAVE_SHAPES_START_HERE; ++type) visit(type);
+  visit(COMPOUND_SHAPE_PROXYTYPE);
 }
 
 void process_natively(const RigidPair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {

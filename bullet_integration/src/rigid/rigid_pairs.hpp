@@ -9,7 +9,6 @@
 #include "BulletCollision/BroadphaseCollision/btBroadphaseProxy.h"
 #include "BulletCollision/CollisionDispatch/btCollisionCreateFunc.h"
 #include "BulletSoftBody/btSoftBody.h"
-#include "native/registered_algorithm.hpp"
 
 struct btDispatcherInfo;
 class btOverlappingPairCache;
@@ -75,32 +74,32 @@ class CollectingRigidPairs {
   CollectingRigidPairs& operator=(const CollectingRigidPairs&) = delete;
 
  private:
-  /// Makes algorithms that wrap those of the former create function.
+  /// Makes algorithms that wrap those of the entries that it replaces: those for a soft body, on one side, and other
+  /// types of shapes.
   class CreateFunc : public btCollisionAlgorithmCreateFunc {
    public:
     /// `pairs` must outlive it.
-    CreateFunc(btCollisionDispatcher& dispatcher, int type0, int type1, const std::shared_ptr<RigidPairs>& pairs);
+    CreateFunc(const std::shared_ptr<RigidPairs>& pairs, bool is_swapped) : pairs_(pairs), is_swapped_(is_swapped) {}
+    void replace(btCollisionDispatcher& dispatcher, int type);
+    void give_back(btCollisionDispatcher& dispatcher, int type);
     btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                    const btCollisionObjectWrapper* body0,
                                                    const btCollisionObjectWrapper* body1) override;
 
    private:
-    const std::shared_ptr<RigidPairs>& pairs_;
-    bool is_swapped_;
-    RegisteredAlgorithm registered_;
-  };
-  void stand_before(btCollisionDispatcher& dispatcher, int type);
+    btCollisionAlgorithmCreateFunc*& entry(btCollisionDispatcher& dispatcher, int type) const;
 
-  std::shared_ptr<RigidPairs> pairs_;
-  /// Two for each type of shape; Bullet has fewer types. The first `creator_count_` exist: the others cost nothing in
-  /// worlds whose steps take microseconds.
-  union Creator {
-    Creator() {}
-    ~Creator() {}
-    CreateFunc function;
+    const std::shared_ptr<RigidPairs>& pairs_;
+    bool is_swapped_;  ///< whether the soft body is the second
+    std::array<btCollisionAlgorithmCreateFunc*, MAX_BROADPHASE_COLLISION_TYPES> originals_ = {};
   };
-  std::array<Creator, 2 * std::size_t{MAX_BROADPHASE_COLLISION_TYPES}> creators_;
-  std::size_t creator_count_ = 0;
+  template <class Visit>
+  void for_each_type(Visit visit) const;
+
+  btCollisionDispatcher& dispatcher_;
+  std::shared_ptr<RigidPairs> pairs_;
+  bool meshes_, convex_;
+  CreateFunc soft_first_, soft_second_;
 };
 
 /// Processes a pair with a mesh by the registered algorithm, Bullet's or the app's. Must not be called while pairs are
