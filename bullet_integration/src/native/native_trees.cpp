@@ -187,56 +187,46 @@ void restore_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag) {
   for (btSoftBody* body : bodies) restore_flag(*body, flag);
 }
 
-ClassicTreesAtRest::ClassicTreesAtRest(Span<btSoftBody* const> bodies) : bodies_(bodies) {
-  hide_tree_flags(bodies, kClassicTreeFlag);
+NodeTreesAtRest::NodeTreesAtRest(Span<btSoftBody* const> bodies, TreeFlag flag) : bodies_(bodies), flag_(flag) {
+  hide_tree_flags(bodies, flag);
+  const bool is_classic = flag.flag == kClassicTreeFlag.flag;
   try {
     kept_.resize(bodies.size());
     for (std::size_t i = 0; i < kept_.size(); ++i) {
       kept_[i].body = bodies[i];
-      const btSoftBody::tNodeArray& nodes = kept_[i].body->m_nodes;
-      kept_[i].leaves.reserve(static_cast<std::size_t>(nodes.size()));
-      for (int n = 0; n < nodes.size(); ++n) kept_[i].leaves.push_back(nodes[n].m_leaf);
+      const btSoftBody::tNodeArray& nodes = bodies[i]->m_nodes;
+      if (is_classic) kept_[i].leaves.reserve(static_cast<std::size_t>(nodes.size()));
+      for (int n = 0; is_classic && n < nodes.size(); ++n) kept_[i].leaves.push_back(nodes[n].m_leaf);
     }
   } catch (const std::bad_alloc&) {
     kept_.clear();
   }
-  const btVector3 everything(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
   for (Kept& kept : kept_) {
-    kept.root = kept.body->m_ndbvt.m_root;
-    kept.boundless.volume = btDbvtVolume::FromMM(-everything, everything);
-    kept.boundless.parent = nullptr;
-    kept.boundless.childs[0] = nullptr;
-    kept.boundless.childs[1] = nullptr;
-    // The leaf is a whole tree, not a loose node. A position that is not finite lies in no volume, so Bullet takes its
-    // leaf out of the tree and puts it back.
-    kept.body->m_ndbvt.m_root = &kept.boundless;
-    btSoftBody::tNodeArray& nodes = kept.body->m_nodes;
-    for (int n = 0; n < nodes.size(); ++n) nodes[n].m_leaf = &kept.boundless;
+    kept.root = std::exchange(kept.body->m_ndbvt.m_root, nullptr);
+    if (is_classic) put_boundless_leaf(kept);
   }
 }
 
-ClassicTreesAtRest::~ClassicTreesAtRest() {
+/// The leaf is a whole tree, not a loose node. A position that is not finite lies in no volume, so Bullet takes its
+/// leaf out of the tree and puts it back.
+void NodeTreesAtRest::put_boundless_leaf(Kept& kept) {
+  const btVector3 everything(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+  kept.boundless.volume = btDbvtVolume::FromMM(-everything, everything);
+  kept.boundless.parent = nullptr;
+  kept.boundless.childs[0] = nullptr;
+  kept.boundless.childs[1] = nullptr;
+  kept.body->m_ndbvt.m_root = &kept.boundless;
+  btSoftBody::tNodeArray& nodes = kept.body->m_nodes;
+  for (int n = 0; n < nodes.size(); ++n) nodes[n].m_leaf = &kept.boundless;
+}
+
+NodeTreesAtRest::~NodeTreesAtRest() {
   for (Kept& kept : kept_) {
     kept.body->m_ndbvt.m_root = kept.root;
     int n = 0;
     for (btDbvtNode* leaf : kept.leaves) kept.body->m_nodes[n++].m_leaf = leaf;
   }
-  restore_tree_flags(bodies_, kClassicTreeFlag);
-}
-
-DeformableTreesAtRest::DeformableTreesAtRest(Span<btSoftBody* const> bodies) : bodies_(bodies) {
-  hide_tree_flags(bodies, kDeformableTreeFlag);
-  try {
-    kept_.reserve(bodies.size());
-  } catch (const std::bad_alloc&) {
-    return;
-  }
-  for (btSoftBody* body : bodies) kept_.emplace_back(&body->m_ndbvt, std::exchange(body->m_ndbvt.m_root, nullptr));
-}
-
-DeformableTreesAtRest::~DeformableTreesAtRest() {
-  for (const auto& [tree, root] : kept_) tree->m_root = root;
-  restore_tree_flags(bodies_, kDeformableTreeFlag);
+  restore_tree_flags(bodies_, flag_);
 }
 
 void FaceTreesAway::take(Span<btSoftBody* const> bodies) noexcept {

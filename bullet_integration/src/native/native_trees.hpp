@@ -35,38 +35,30 @@ void restore_flag(btSoftBody& body, TreeFlag flag);
 void hide_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag);
 void restore_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag);
 
-/// Keeps Bullet's prediction in classic worlds from building face trees and updating node trees. While an object of
-/// this class lives, each body has a node tree of one boundless leaf, which is the leaf of every node. Bodies and nodes
-/// must not move in memory meanwhile. If memory for this class runs out, Bullet updates the node trees.
-class ClassicTreesAtRest {
+/// Keeps Bullet's prediction from building face trees and updating node trees. While an object of this class lives,
+/// each body has an empty node tree in the deformable world. In classic worlds, it has a tree of one boundless leaf,
+/// which is the leaf of every node. Bodies and nodes must not move in memory meanwhile. If memory for this class runs
+/// out, Bullet updates the node trees.
+class NodeTreesAtRest {
  public:
-  explicit ClassicTreesAtRest(Span<btSoftBody* const> bodies);
-  ~ClassicTreesAtRest();
-  ClassicTreesAtRest(const ClassicTreesAtRest&) = delete;
-  ClassicTreesAtRest& operator=(const ClassicTreesAtRest&) = delete;
+  /// `flag` is that of the kind of world.
+  NodeTreesAtRest(Span<btSoftBody* const> bodies, TreeFlag flag);
+  ~NodeTreesAtRest();
+  NodeTreesAtRest(const NodeTreesAtRest&) = delete;
+  NodeTreesAtRest& operator=(const NodeTreesAtRest&) = delete;
 
  private:
   struct Kept {
     btSoftBody* body;
     btDbvtNode* root;
-    std::vector<btDbvtNode*> leaves;  ///< one per node
+    std::vector<btDbvtNode*> leaves;  ///< one per node in classic worlds
     btDbvtNode boundless;
   };
+  static void put_boundless_leaf(Kept& kept);
+
   Span<btSoftBody* const> bodies_;
+  TreeFlag flag_;
   std::vector<Kept> kept_;
-};
-
-/// Does the same for the deformable world's prediction: it finds empty node trees.
-class DeformableTreesAtRest {
- public:
-  explicit DeformableTreesAtRest(Span<btSoftBody* const> bodies);
-  ~DeformableTreesAtRest();
-  DeformableTreesAtRest(const DeformableTreesAtRest&) = delete;
-  DeformableTreesAtRest& operator=(const DeformableTreesAtRest&) = delete;
-
- private:
-  Span<btSoftBody* const> bodies_;
-  std::vector<std::pair<btDbvt*, btDbvtNode*>> kept_;  ///< node trees with their roots
 };
 
 /// Hides face trees, and their twins for self-collision, until give_back(): Bullet finds empty trees. The bodies must

@@ -33,7 +33,7 @@ void DeformableWorld::rayTest(const btVector3& from, const btVector3& to, RayRes
 }
 
 void DeformableWorld::predict(btScalar time_step) {
-  const DeformableTreesAtRest at_rest(span_of(getSoftBodyArray()));
+  const NodeTreesAtRest at_rest(span_of(getSoftBodyArray()), kDeformableTreeFlag);
   predictUnconstraintMotion(time_step);
 }
 

@@ -48,7 +48,7 @@ SoftWorld<BulletWorld>::~SoftWorld() {
 
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::predictUnconstraintMotion(btScalar time_step) {
-  const ClassicTreesAtRest at_rest(span_of(this->getSoftBodyArray()));
+  const NodeTreesAtRest at_rest(span_of(this->getSoftBodyArray()), kClassicTreeFlag);
   BulletWorld::predictUnconstraintMotion(time_step);
 }
 
