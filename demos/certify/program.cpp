@@ -112,7 +112,7 @@ int run(CertifyCommand command) {
     warn(text);
   };
   const Certificate certificate = certify(
-      command.options, command.backend, std::move(meshes), [&](const std::string& text) { progress.show(text); }, log);
+      command.options, command.scene, std::move(meshes), [&](const std::string& text) { progress.show(text); }, log);
   progress.clear();
 
   const std::string text = text_of(certificate);

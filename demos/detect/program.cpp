@@ -64,7 +64,7 @@ void run(DetectCommand command) {
   CollisionPipeline pipeline(command.options, log);
   const auto vertex_count = static_cast<std::uint32_t>(frames.first.positions.size());
   const BodyId body = pipeline.scene.add_body({frames.first.triangles, vertex_count, command.settings});
-  if (command.search == Search::regions) {
+  if (command.intersections == Intersections::regions) {
     progress.clear();
     return find_regions(command, frames, pipeline.scene, body);
   }

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -9,6 +10,7 @@
 
 #include "mesh_io/mesh_io.hpp"
 #include "run_program.hpp"
+#include "softcd/fields/settings.hpp"
 #include "temporary_folder.hpp"
 
 namespace softcd::test {
@@ -61,6 +63,18 @@ TEST_F(Demo, lists_scenes_with_sizes_and_pictures) {
   }
   EXPECT_THAT(result.output, HasSubstr("default size 60 nodes a side = 13924 triangles"));
   EXPECT_THAT(result.output, HasSubstr("--size paper 455 balls = 145936 triangles"));
+}
+
+TEST_F(Demo, every_setting_has_a_flag_but_for_the_read_out) {
+  run_well("--help");
+  const std::string help = folder_.read("output");
+  for_each_field<bullet::Settings>([&](auto field) {
+    std::string flag = field.kName;
+    std::replace(flag.begin(), flag.end(), '_', '-');
+    const bool has_flag = help.find("--" + flag + " ") != std::string::npos;
+    const bool is_value = field.kHelp != nullptr;
+    EXPECT_EQ(has_flag, is_value && flag != "read-out") << flag;
+  });
 }
 
 TEST_F(Demo, runs_in_both_worlds) {
@@ -204,7 +218,7 @@ TEST_F(Demo, refuses_command_lines) {
   expect_refused("two-cloths --size 7", "'7' is neither 'paper' nor a number of nodes a side from 8 to");
   expect_refused("two-cloths --size large", "'large' is neither 'paper' nor a number");
   expect_refused("two-cloths --size paper", "two-cloths is not in the paper");
-  expect_refused("two-cloths --edges report", "'report' is not one of off, respond");
+  expect_refused("two-cloths --edge-contacts all", "'all' is not one of off, report, respond, auto");
   expect_refused("two-cloths --frame-steps 0", "--frame-steps");
   expect_refused("two-cloths --picture-size 640", "'640' is not WIDTHxHEIGHT with numbers from 16 to 8192");
   expect_refused("two-cloths --picture-size 640x", "'640x' is not WIDTHxHEIGHT");
