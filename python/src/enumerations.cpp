@@ -39,6 +39,14 @@ void bind_enumerations(nb::module_& module) {
       module, "BroadPhase", "How candidate pairs are found. No choice ever loses one.",
       {"Virtual subdivision with exact control bits.", "One grid for the largest triangle: many more tests."});
   bind<StepEnd>(module, "StepEnd", "The end of the step that a discrete detection uses.", {nullptr, nullptr});
+  bind<DetectionStage>(
+      module, "DetectionStage", "The parts of a detection on which explain() reports, in the order of time.",
+      {"The choice of the processor.", "Bodies that have no positions yet.", "The choice of the bodies that may touch.",
+       "The division among ranks.", "Bounding volumes of moving triangles.",
+       "The division of triangles that are larger than a cell.", "The search for pairs of triangles.",
+       "Triangles that would need too many cells.", "Pairs that are tested in parts, so that memory suffices.",
+       "The choice of the narrow phase's arithmetic.", nullptr, nullptr, "The search for the first time of contact.",
+       "The choice of the contacts that a solver gets."});
   bind<Pairs>(module, "Pairs", "The pairs of bodies that a detection compares.",
               {nullptr,
                "Pairs with a body that was added or updated, or given positions or settings, since the query's last "

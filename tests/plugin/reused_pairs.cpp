@@ -175,7 +175,8 @@ TEST(ReusedPairs, are_tested_instead_of_cells) {
   EXPECT_GE(reused.tests, reused.triangle_pairs);
   EXPECT_LT(reused.tests, 16 * fresh.triangle_pairs);
   bool is_explained = false;
-  for (const StageReport& report : query.explain()) is_explained |= report.stage == "broad phase" && !report.ran;
+  for (const StageReport& report : query.explain())
+    is_explained |= report.stage == DetectionStage::broad_phase && !report.ran;
   EXPECT_TRUE(is_explained);
 }
 
