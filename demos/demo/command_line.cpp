@@ -10,7 +10,7 @@
 
 #include "command_line/option_flags.hpp"
 #include "command_line/world_choices.hpp"
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 #include "softcd/fields/settings.hpp"
 
 namespace softcd::demo {
@@ -116,9 +116,10 @@ void check_exported_step(const CLI::App& app, const DemoCommand& command) {
 void check_mesh_files(const std::string& target) {
   if (target.find('#') == std::string::npos) return;  // a folder
   const std::string extension = std::filesystem::path(target).extension().string();
-  if (std::find(kWrittenExtensions.begin(), kWrittenExtensions.end(), extension) == kWrittenExtensions.end()) {
-    throw CLI::ValidationError("--export",
-                               fmt::format("'{}' ends in none of {}", target, fmt::join(kWrittenExtensions, ", ")));
+  if (std::find(mesh_tools::kWrittenExtensions.begin(), mesh_tools::kWrittenExtensions.end(), extension) ==
+      mesh_tools::kWrittenExtensions.end()) {
+    throw CLI::ValidationError(
+        "--export", fmt::format("'{}' ends in none of {}", target, fmt::join(mesh_tools::kWrittenExtensions, ", ")));
   }
 }
 

@@ -20,9 +20,9 @@ void write_file(const std::string& file, const std::string& content) {
   if (!stream) throw std::runtime_error(fmt::format("{}: cannot be written (does its folder exist?)", file));
 }
 
-constexpr Rgb kColours[] = {{220, 40, 30}, {240, 150, 20}, {40, 90, 220}, {150, 50, 180}};
+constexpr mesh_tools::Rgb kColours[] = {{220, 40, 30}, {240, 150, 20}, {40, 90, 220}, {150, 50, 180}};
 static_assert(std::size(kColours) == kEnumerators<RegionKind>.size());
-constexpr Rgb kGrey = {200, 200, 200};
+constexpr mesh_tools::Rgb kGrey = {200, 200, 200};
 
 double greatest_distance(const IntersectionRegions& found, const IntersectionRegion& region) {
   double greatest = 0;
@@ -71,8 +71,8 @@ void write_regions_json(const DetectCommand& command, const IntersectionRegions&
   write_file(command.json_file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
-std::vector<Rgb> colours_of(std::size_t triangle_count, const IntersectionRegions& found) {
-  std::vector<Rgb> colours(triangle_count, kGrey);
+std::vector<mesh_tools::Rgb> colours_of(std::size_t triangle_count, const IntersectionRegions& found) {
+  std::vector<mesh_tools::Rgb> colours(triangle_count, kGrey);
   for (const IntersectionRegion& region : found.regions) {
     for (std::uint32_t i = 0; i < region.triangle_count; ++i) {
       colours[found.triangles[region.first_triangle + i]] = kColours[static_cast<std::uint32_t>(region.kind)];

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 #include "run_program.hpp"
 #include "softcd/fields/settings.hpp"
 #include "temporary_folder.hpp"
@@ -102,12 +102,12 @@ TEST_F(Demo, does_not_attribute_bullets_own_time_to_softcd) {
 
 TEST_F(Demo, exports_meshes_that_can_be_read_back) {
   run_well("two-cloths --size 12 --export " + folder_.file("meshes"));
-  const demo::Mesh first = demo::read_mesh(folder_.file("meshes/frame-0000.ply"));
-  const demo::Mesh second = demo::read_mesh(folder_.file("meshes/frame-0001.ply"));
+  const mesh_tools::Mesh first = mesh_tools::read_mesh(folder_.file("meshes/frame-0000.ply"));
+  const mesh_tools::Mesh second = mesh_tools::read_mesh(folder_.file("meshes/frame-0001.ply"));
   EXPECT_FALSE(has("meshes/frame-0002.ply"));
   EXPECT_EQ(first.positions.size(), 2 * 144U);
   EXPECT_EQ(first.triangles.size(), 484U);
-  EXPECT_NO_THROW(demo::require_same_topology(first, "first", second, "second"));
+  EXPECT_NO_THROW(mesh_tools::require_same_topology(first, "first", second, "second"));
   // The lower cloth is held at its first corner, (-3, 3, -3); the upper one falls.
   EXPECT_EQ(first.positions[0].x, -3);
   EXPECT_EQ(first.positions[0].y, 3);
@@ -135,7 +135,7 @@ TEST_F(Demo, exports_one_step_as_two_frames) {
 TEST_F(Demo, exports_the_first_step) {
   run_well("two-cloths --size 12 --frame-steps 1 --export " + folder_.file("meshes") + " --export-step 1 " +
            folder_.file("step"));
-  const demo::Mesh t0 = demo::read_mesh(folder_.file("step/t0.ply"));
+  const mesh_tools::Mesh t0 = mesh_tools::read_mesh(folder_.file("step/t0.ply"));
   EXPECT_EQ(t0.positions[0].y, 3);
   EXPECT_EQ(folder_.read("step/t1.ply"), folder_.read("meshes/frame-0000.ply"));
 }
