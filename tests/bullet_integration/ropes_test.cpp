@@ -65,7 +65,7 @@ std::optional<btVector3> crossing(const btSoftBody& rope, int axis) {
 }
 
 class Ropes : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, Ropes, kWorlds, world_name);
+INSTANTIATE_TEST_SUITE_P(Worlds, Ropes, kWorldsOfRun, world_name);
 
 /// Two ropes of seven links, the middle ones across each other, of which the upper one falls, or is thrown, upon the
 /// lower one. The least height of the upper one above the lower one in so many steps, before its ends have swung round.
