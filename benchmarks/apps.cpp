@@ -300,7 +300,7 @@ void add_apps(CLI::App& app, AppsOptions& options) {
           "what the contacts do")
       ->option_text("N [1]")
       ->check(CLI::Range(1, 1000));
-  demo::add_choice(*command, "--backend", demo::kBackends, options.backend, "softcd's backend");
+  demo::add_choice(*command, "--backend", options.backend, "softcd's backend");
   command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");

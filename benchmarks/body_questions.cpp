@@ -122,7 +122,7 @@ std::vector<BodyQuestionTime> BodyQuestions::measure(Backend backend, int repeti
 
 std::vector<BodyQuestionTime> BodyQuestions::measure_mesh(Scene& scene, BodyId body, int repetitions) {
   Probe probe(scene);
-  const std::string name = fmt::format("softcd, {}", demo::name_of(demo::kBackends, scene.backend()));
+  const std::string name = fmt::format("softcd, {}", demo::name_of(scene.backend()));
   std::vector<ProbeChange> changes;
   for (const Change& change : changes_) changes.push_back({body, change.removed, change.added, change.new_vertices});
   std::vector<BodyQuestionTime> times = {
@@ -148,7 +148,7 @@ std::vector<BodyQuestionTime> BodyQuestions::measure_pairs(Scene& scene, BodyId 
     scene.set_positions(pairs.back().a, ball.x);
   }
   Probe probe(scene);
-  const std::string name = fmt::format("softcd, {}", demo::name_of(demo::kBackends, scene.backend()));
+  const std::string name = fmt::format("softcd, {}", demo::name_of(scene.backend()));
   std::vector<BodyQuestionTime> times = {
       timed(BodyQuestion::distance, name, pairs.size(), repetitions, [&] { return probe.distances(pairs).size(); }),
       timed(BodyQuestion::intersections, name, pairs.size(), repetitions,

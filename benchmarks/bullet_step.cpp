@@ -166,8 +166,8 @@ Comparison make_comparison(const BulletStepOptions& options) {
   }
   for (const Backend backend : options.backends) {
     for (const bullet::Contacts contacts : options.contacts) {
-      std::string how = name_of(demo::kBackends, backend);
-      if (contacts != bullet::Contacts::all) how += fmt::format(", {}", name_of(demo::kContacts, contacts));
+      std::string how = demo::name_of(backend);
+      if (contacts != bullet::Contacts::all) how += fmt::format(", {}", demo::name_of(contacts));
       if (options.world == World::classic) {
         comparison.ours.push_back(make("softcd dispatcher, " + how, PlugIn::dispatcher, backend, contacts));
       }
@@ -184,8 +184,7 @@ std::string heading(const BulletStepOptions& options, const SoftWorld& world) {
   const std::size_t count = world.bodies().size();
   return fmt::format("{}, {} {} of {} triangles in all, {} world, {}, medians of {} steps",
                      name_of(kBulletScenes, options.scene), count, count == 1 ? "body" : "bodies", triangles,
-                     name_of(demo::kWorlds, options.world), name_of(demo::kDetections, options.detection),
-                     options.measured_steps);
+                     name_of(demo::kWorlds, options.world), demo::name_of(options.detection), options.measured_steps);
 }
 
 /// Returns remarks that explain the figures.
@@ -229,7 +228,7 @@ nlohmann::ordered_json to_json(const BulletStepOptions& options, const Compariso
                {"size", options.size},
                {"warm_up_steps", options.warm_up_steps},
                {"measured_steps", options.measured_steps},
-               {"detection", name_of(demo::kDetections, options.detection)}});
+               {"detection", demo::name_of(options.detection)}});
   for (const Variant* variant : comparison.all()) {
     const Heights heights = variant->heights();
     nlohmann::ordered_json row = {
@@ -314,11 +313,9 @@ void add_bullet_step(CLI::App& app, BulletStepOptions& options) {
                    "quadratic in them, 30 s with 90,000")
       ->option_text("N [50000]")
       ->check(CLI::NonNegativeNumber);
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
-                    "softcd's backend; with several, all are measured");
-  demo::add_choice(*command, "--detection", demo::kDetections, options.detection,
-                   "softcd's detection; dcd is Bullet's rule");
-  demo::add_choices(*command, "--contacts", demo::kContacts, options.contacts,
+  demo::add_choices(*command, "--backend", options.backends, "softcd's backend; with several, all are measured");
+  demo::add_choice(*command, "--detection", options.detection, "softcd's detection; dcd is Bullet's rule");
+  demo::add_choices(*command, "--contacts", options.contacts,
                     "The contacts that softcd gives to Bullet's solver; with several, all are measured");
   command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");

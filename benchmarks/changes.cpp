@@ -170,7 +170,7 @@ class Changes {
   }
 
   void add(Backend backend, const char* change, bool self_collision, const Row& row) {
-    const std::string where = demo::name_of(demo::kBackends, backend);
+    const std::string where = demo::name_of(backend);
     table_.add({where, change, self_collision ? "yes" : "no", fmt::format("{:.2f}", row.all_ms),
                 fmt::format("{:.2f}", row.changed_ms), fmt::format("{:.3f}", row.ratio)});
     json_["rows"].push_back({{"backend", where},
@@ -195,8 +195,7 @@ void add_changes(CLI::App& app, ChangesOptions& options) {
       "and\n"
       "with the changed ones alone, in turn, until a detection could begin. Median milliseconds, and the median of\n"
       "their ratios");
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
-                    "The backends to measure, one after the other");
+  demo::add_choices(*command, "--backend", options.backends, "The backends to measure, one after the other");
   command->add_option("--share", options.share, "Share of the triangles that a change replaces or adds")
       ->option_text("SHARE [0.01]")
       ->check(CLI::Range(0.0, 1.0));

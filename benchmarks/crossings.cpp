@@ -225,8 +225,8 @@ void add_crossings(CLI::App& app, CrossingsOptions& options) {
       ->check(CLI::PositiveNumber);
   demo::add_choice(*command, "--size", kSizes, options.size,
                    "Size of the scenes; paper: the default for scenes that are not in the paper");
-  demo::add_choice(*command, "--contacts", demo::kContacts, options.contacts, "The contacts that Bullet's solver gets");
-  demo::add_choice(*command, "--backend", demo::kBackends, options.backend, "softcd's backend");
+  demo::add_choice(*command, "--contacts", options.contacts, "The contacts that Bullet's solver gets");
+  demo::add_choice(*command, "--backend", options.backend, "softcd's backend");
   command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");

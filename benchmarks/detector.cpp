@@ -61,12 +61,11 @@ double children_ratio(const Measurement& m) {
 }
 
 std::string detection_of(const Measurement& m) {
-  return fmt::format("{} {}", name_of(demo::kDetections, m.options.detection),
-                     name_of(demo::kAccuracies, m.options.accuracy));
+  return fmt::format("{} {}", demo::name_of(m.options.detection), demo::name_of(m.options.accuracy));
 }
 
 std::string broad_phase_of(const Measurement& m) {
-  return m.options.is_paper ? "paper" : name_of(demo::kBroadPhases, m.options.broad_phase);
+  return m.options.is_paper ? "paper" : demo::name_of(m.options.broad_phase);
 }
 
 bool is_exact(const Measurement& m) {
@@ -81,9 +80,9 @@ nlohmann::ordered_json to_json(Sweep sweep, const Measurement& m) {
   const Statistics& s = m.statistics;
   nlohmann::ordered_json json = {{"sweep", name_of(kSweeps, sweep)},
                                  {"scene", m.scene},
-                                 {"backend", name_of(demo::kBackends, m.options.backend)},
-                                 {"detection", name_of(demo::kDetections, m.options.detection)},
-                                 {"accuracy", name_of(demo::kAccuracies, m.options.accuracy)},
+                                 {"backend", demo::name_of(m.options.backend)},
+                                 {"detection", demo::name_of(m.options.detection)},
+                                 {"accuracy", demo::name_of(m.options.accuracy)},
                                  {"broad_phase", broad_phase_of(m)},
                                  {"subdivision", m.options.subdivision},
                                  {"cell_size_factor", m.options.cell_size_factor},
@@ -438,7 +437,7 @@ class Benchmark {
 
   void add_section(const std::string& title, const std::string& note, const Table& table,
                    const Measurements& measurements) {
-    const char* backend = name_of(demo::kBackends, measurements.front().options.backend);
+    const char* backend = demo::name_of(measurements.front().options.backend);
     const std::string section = fmt::format("### {}, {}\n\n{}\n\n{}\n", title, backend, note, table.text());
     fmt::print("{}", section);
     std::fflush(stdout);
@@ -498,8 +497,7 @@ void add_detector(CLI::App& app, DetectorOptions& options) {
       "and\n"
       "contacts in the host's memory and in the device's (with --backend cuda). reuse: without and with\n"
       "pairs that earlier detections have found, of the same step and of one to and fro");
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
-                    "The backends to measure, one after the other");
+  demo::add_choices(*command, "--backend", options.backends, "The backends to measure, one after the other");
   command
       ->add_option("--repeat", options.repetitions,
                    fmt::format("Measured detections, after 3 to warm up; fewer where they take more than {:.0f} s",

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "ground_truth.hpp"
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 
 // The scenes are formulas, not simulations: they are the same for every user, at any size, without files and without
 // Bullet.
@@ -430,9 +430,9 @@ DetectorScene make_many_bodies(double scale) {
 }
 
 DetectorScene read_scene(const std::filesystem::path& t0, const std::filesystem::path& t1) {
-  const demo::Mesh first = demo::read_mesh(t0);
-  const demo::Mesh second = demo::read_mesh(t1);
-  demo::require_same_topology(first, t0, second, t1);
+  const mesh_tools::Mesh first = mesh_tools::read_mesh(t0);
+  const mesh_tools::Mesh second = mesh_tools::read_mesh(t1);
+  mesh_tools::require_same_topology(first, t0, second, t1);
   return {t0.stem().string(),
           mean_edge_length({first.positions, first.triangles}),
           {{first.triangles, to_floats(first.positions), to_floats(second.positions), self_colliding()}},

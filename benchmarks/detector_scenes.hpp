@@ -45,10 +45,10 @@ DetectorScene make_batches(double scale);
 /// at scale 1, which multiplies the number of bodies.
 DetectorScene make_many_bodies(double scale);
 
-/// Reads two frames of one mesh, as one body that collides with itself. Throws demo::MeshError.
+/// Reads two frames of one mesh, as one body that collides with itself. Throws mesh_tools::MeshError.
 DetectorScene read_scene(const std::filesystem::path& t0, const std::filesystem::path& t1);
 
-/// Reads the two meshes in frames/ of `step`; the scene has that folder's name. Throws demo::MeshError.
+/// Reads the two meshes in frames/ of `step`; the scene has that folder's name. Throws mesh_tools::MeshError.
 DetectorScene read_recorded_step(const std::filesystem::path& step);
 
 using MakeScene = DetectorScene (*)(double scale);

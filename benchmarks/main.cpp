@@ -14,7 +14,7 @@
 #include "command_line/standard_output.hpp"
 #include "compare.hpp"
 #include "detector.hpp"
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 #include "ranks.hpp"
 #include "report.hpp"
 #include "softcd/version.hpp"
@@ -76,7 +76,7 @@ int main(int argc, char** argv) {
     }
     softcd::demo::finish_standard_output();
     return compare.found_loss ? kExitLoss : 0;
-  } catch (const softcd::demo::MeshError& error) {
+  } catch (const softcd::mesh_tools::MeshError& error) {
     return fail(kExitWrongInput, error);
   } catch (const softcd::InvalidInput& error) {
     return fail(kExitWrongInput, error);

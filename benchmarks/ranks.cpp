@@ -236,7 +236,7 @@ class Benchmark {
                 fmt::format("{:.2f}", static_cast<double>(result.peak_bytes) / static_cast<double>(first.peak_bytes))});
     nlohmann::ordered_json row = {{"scene", result.scene},
                                   {"detection", is_ccd ? "ccd" : "dcd"},
-                                  {"accuracy", demo::name_of(demo::kAccuracies, result.mode.accuracy)},
+                                  {"accuracy", demo::name_of(result.mode.accuracy)},
                                   {"weak", options_.is_weak},
                                   {"triangles", result.triangles},
                                   {"contacts", result.contacts},
@@ -272,8 +272,7 @@ void add_ranks(CLI::App& app, RankOptions& options) {
       ->option_text("N,N,... [1,2]")
       ->delimiter(',')
       ->check(CLI::Range(1, 1024));
-  demo::add_choice(*command, "--backend", demo::kBackends, options.backend,
-                   "cuda: a GPU a rank; cpu: its share of the processor");
+  demo::add_choice(*command, "--backend", options.backend, "cuda: a GPU a rank; cpu: its share of the processor");
   command->add_option("--triangles", options.triangles, "Approximate numbers of triangles, one scene after the other")
       ->option_text("N,N,... [1e6,1e7]")
       ->delimiter(',');

@@ -175,7 +175,7 @@ class Benchmark {
     const std::optional<double> uniform_tests = tests_of_uniform_grid(recording);
     add_cell_sizes(name, recording.steps.back());
     for (const Backend backend : options_.backends) {
-      fmt::print(stderr, "{}: measuring on {}\n", name, name_of(demo::kBackends, backend));
+      fmt::print(stderr, "{}: measuring on {}\n", name, demo::name_of(backend));
       const Means dcd = means(recording, Detection::dcd, Accuracy::fast, backend);
       const Means ccd = means(recording, Detection::ccd, Accuracy::precise, backend);
       add_rows(name, recording, dcd, ccd, uniform_tests);
@@ -238,7 +238,7 @@ class Benchmark {
   void add_rows(const std::string& name, const Recording& recording, const Means& dcd, const Means& ccd,
                 const std::optional<double>& uniform_tests) {
     const PapersRow* paper = papers_row(name);
-    const char* backend_name = name_of(demo::kBackends, ccd.backend);
+    const char* backend_name = demo::name_of(ccd.backend);
     table_.add({name, backend_name, fmt::to_string(recording.triangles), decimals(dcd.ms, 3), decimals(ccd.ms, 3),
                 decimals(ccd.children / static_cast<double>(recording.triangles), 3), fmt::format("{:.0f}", ccd.tests),
                 uniform_tests ? decimals(*uniform_tests, 1) : "-", fmt::format("{:.0f}", dcd.contacts),
@@ -256,8 +256,8 @@ class Benchmark {
   void record_step(const Measurement& m, std::size_t step) {
     nlohmann::ordered_json row = {{"scene", m.scene},
                                   {"sample", step},
-                                  {"backend", name_of(demo::kBackends, m.options.backend)},
-                                  {"detection", name_of(demo::kDetections, m.options.detection)}};
+                                  {"backend", demo::name_of(m.options.backend)},
+                                  {"detection", demo::name_of(m.options.detection)}};
     demo::add_statistics(row, m.statistics);
     json_["simulated_scenes"].push_back(row);
   }
@@ -304,8 +304,7 @@ void add_simulated_scenes(CLI::App& app, SimulatedScenesOptions& options) {
   command->add_option("--samples", options.samples, "Number of measured steps, at equal intervals; at most --steps")
       ->option_text("N [8]")
       ->check(CLI::Range(1, 10000));
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
-                    "The backends to measure, one after the other");
+  demo::add_choices(*command, "--backend", options.backends, "The backends to measure, one after the other");
   command->add_option("--repeat", options.repetitions, "Measured detections of a step, after 3 to warm up")
       ->option_text("N [20]")
       ->check(CLI::Range(1, 1000000));

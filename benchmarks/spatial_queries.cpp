@@ -96,7 +96,7 @@ class Benchmark {
       answers_.distances = 0;
       for (const ClosestPoint& point : closest) answers_.distances += point.distance;
     }
-    return {fmt::format("softcd, {}", demo::name_of(demo::kBackends, scene.backend())),
+    return {fmt::format("softcd, {}", demo::name_of(scene.backend())),
             rays_.size(),
             points_.size(),
             median_without_first(build),
@@ -236,8 +236,7 @@ void add_spatial_queries(CLI::App& app, SpatialQueryOptions& options) {
           "A folder that contains a folder frames with two meshes. Default: a generated cloth on a ball, 92K triangles")
       ->option_text("DIR")
       ->check(CLI::ExistingDirectory);
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends,
-                    "The backends to measure, one after the other");
+  demo::add_choices(*command, "--backend", options.backends, "The backends to measure, one after the other");
   command
       ->add_option(
           "--questions", options.questions,

@@ -71,7 +71,7 @@ ordered_json to_json(const StepResult& r) {
   return {{"scene", r.scene},
           {"features", r.has_edges ? "vt,ee" : "vt"},
           {"mode", r.mode},
-          {"backend", name_of(demo::kBackends, r.backend)},
+          {"backend", demo::name_of(r.backend)},
           {"triangles", r.triangles},
           {"margin", r.margin},
           {"candidates", r.is_listed ? "listed" : "reported"},
@@ -94,7 +94,7 @@ ordered_json to_json(const SimulationResult& r) {
           {"detection", r.detection},
           {"features", r.features},
           {"accuracy", r.accuracy},
-          {"backend", name_of(demo::kBackends, r.backend)},
+          {"backend", demo::name_of(r.backend)},
           {"steps_per_second", r.steps_per_second},
           {"margin_in_cells", r.margin_in_cells},
           {"cell_size_factor", r.cell_size_factor},
@@ -180,10 +180,10 @@ class Trade {
     for (const StepScene& scene : scenes) {
       for (const StepResult& r : measure_steps(scene, options_.backends, options_.repetitions)) {
         json_["steps"].push_back(to_json(r));
-        table.add({r.scene, r.has_edges ? "vt,ee" : "vt", r.mode, name_of(demo::kBackends, r.backend),
-                   fmt::to_string(r.triangles), fmt::to_string(r.touching), fmt::to_string(r.contacts),
-                   fmt::to_string(r.missed), fmt::to_string(r.extra), fmt::to_string(r.unsettled),
-                   fmt::format("{:.2f}", r.ms), fmt::format("{:.2f}", r.transfer_ms)});
+        table.add({r.scene, r.has_edges ? "vt,ee" : "vt", r.mode, demo::name_of(r.backend), fmt::to_string(r.triangles),
+                   fmt::to_string(r.touching), fmt::to_string(r.contacts), fmt::to_string(r.missed),
+                   fmt::to_string(r.extra), fmt::to_string(r.unsettled), fmt::format("{:.2f}", r.ms),
+                   fmt::format("{:.2f}", r.transfer_ms)});
       }
     }
     add_section("Whole steps",
@@ -287,7 +287,7 @@ void add_trade(CLI::App& app, TradeOptions& options) {
   command->add_option("--scale", options.scale, "Multiplies the generated scenes' triangle counts, roughly")
       ->option_text("S [1]")
       ->check(CLI::Range(0.01, 1000.0));
-  demo::add_choices(*command, "--backend", demo::kBackends, options.backends, "The backends for whole steps");
+  demo::add_choices(*command, "--backend", options.backends, "The backends for whole steps");
   command->add_option("--repeat", options.repetitions, "Measured rounds; the median is reported")
       ->option_text("N [9]")
       ->check(CLI::Range(1, 1000000));

@@ -75,7 +75,7 @@ std::vector<Setting> settings(demo::World world) {
     setting.value = value;
     all.push_back(setting);
   };
-  for (const auto& [name, accuracy] : demo::kAccuracies) {
+  for (const auto& [name, accuracy] : demo::kChoices<Accuracy>) {
     if (accuracy != Accuracy::precise && accuracy != Accuracy::automatic)
       turn("accuracy", name, &Setting::accuracy, accuracy);
   }
@@ -273,7 +273,7 @@ SimulationResult describe(const SceneChoice& scene, const Setting& setting, cons
   result.value = setting.value;
   result.detection = name_of(kDetectors, setting.detector);
   result.features = setting.edge_contacts == bullet::EdgeContacts::respond ? "vt,ee" : "vt";
-  result.accuracy = name_of(demo::kAccuracies, setting.accuracy);
+  result.accuracy = demo::name_of(setting.accuracy);
   result.backend = options.backend;
   result.steps_per_second = setting.steps_per_second;
   result.margin_in_cells = setting.margin_in_cells;

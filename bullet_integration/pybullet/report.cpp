@@ -45,8 +45,8 @@ std::string json_of(const CrossingAnswers& answers) {
 std::string json_of(const std::vector<StageReport>& stages) {
   std::string text;
   for (const StageReport& stage : stages) {
-    text += fmt::format(R"({}{{"stage": {}, "ran": {}, "reason": {}}})", text.empty() ? "" : ", ", quoted(stage.stage),
-                        stage.ran, quoted(stage.reason));
+    text += fmt::format(R"({}{{"stage": {}, "ran": {}, "reason": {}}})", text.empty() ? "" : ", ",
+                        quoted(name_of(stage.stage)), stage.ran, quoted(stage.reason));
   }
   return "[" + text + "]";
 }

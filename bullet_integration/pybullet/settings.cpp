@@ -11,12 +11,6 @@
 namespace softcd::bullet::pybullet {
 namespace {
 
-struct Preset {
-  const char* name;
-  Settings (*settings)();
-};
-constexpr Preset kPresets[] = {{"fast", Settings::fast}, {"balanced", Settings::balanced}, {"safe", Settings::safe}};
-
 /// Calls visit(field) for each setting of clients.
 template <class Visit>
 void for_each_setting(const Visit& visit) {
@@ -54,8 +48,9 @@ void read(Value& value, const std::string& word) {
 
 /// Replaces all settings of clients by those of the preset.
 void set_preset(Settings& settings, const std::string& word) {
-  const std::uint32_t place = choose(word, {kPresets[0].name, kPresets[1].name, kPresets[2].name});
-  const Settings preset = kPresets[place].settings();
+  std::vector<std::string> names;
+  for (const Preset& preset : kPresets) names.emplace_back(preset.name);
+  const Settings preset = kPresets[choose(word, names)].value();
   for_each_setting([&](auto field) { field.of(settings) = field.of(preset); });
 }
 
@@ -116,9 +111,9 @@ std::string json_of_all_settings() {
       text += "], ";
     }
     for (const Preset& preset : kPresets) {
-      const Settings settings = preset.settings();
-      text +=
-          (&preset == kPresets ? "\"" : ", \"") + std::string(preset.name) + "\": " + json_of_value(field.of(settings));
+      const Settings settings = preset.value();
+      text += (&preset == kPresets.data() ? "\"" : ", \"") + std::string(preset.name) +
+              "\": " + json_of_value(field.of(settings));
     }
     return text + "}";
   });

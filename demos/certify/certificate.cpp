@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 #include "softcd/version.hpp"
 
 namespace softcd::demo {
@@ -195,20 +195,20 @@ void print_summary(const Certificate& certificate) {
 }
 
 WrittenCertificate read_certificate(const std::string& file) {
-  WrittenCertificate written{file, read_mesh_content(file), {}, {}};
+  WrittenCertificate written{file, mesh_tools::read_mesh_content(file), {}, {}};
   try {
     const Json json = Json::parse(written.text);
-    if (json.at("format") != kFormat) throw MeshError(fmt::format("{}: is not a '{}'", file, kFormat));
+    if (json.at("format") != kFormat) throw mesh_tools::MeshError(fmt::format("{}: is not a '{}'", file, kFormat));
     const Json& options = json.at("options");
     options.at("margin").get_to(written.options.margin);
     options.at("every").get_to(written.options.every);
     options.at("list").get_to(written.options.list);
     for (const Json& mesh : json.at("meshes")) written.frame_counts.push_back(mesh.at("files").size());
     if (!(written.options.margin >= 0) || written.options.every == 0 || written.frame_counts.empty()) {
-      throw MeshError(fmt::format("{}: has options that softcd-certify does not write", file));
+      throw mesh_tools::MeshError(fmt::format("{}: has options that softcd-certify does not write", file));
     }
   } catch (const Json::exception&) {
-    throw MeshError(fmt::format("{}: is not a certificate that softcd-certify --json has written", file));
+    throw mesh_tools::MeshError(fmt::format("{}: is not a certificate that softcd-certify --json has written", file));
   }
   return written;
 }

@@ -45,10 +45,11 @@ void append_through(const std::vector<TrianglePair>& pairs, const std::vector<Tr
 
 class Certifier {
  public:
-  Certifier(const CertifyOptions& options, Backend backend, std::vector<MeshSequence> meshes, const LogCallback& log)
+  Certifier(const CertifyOptions& options, const SceneOptions& scene, std::vector<MeshSequence> meshes,
+            const LogCallback& log)
       : options_(options),
         meshes_(std::move(meshes)),
-        scene_(scene_options(backend), log),
+        scene_(scene, log),
         bodies_(add_bodies()),
         query_(scene_, query_options(true)),
         touching_(scene_, query_options(false)),
@@ -79,12 +80,6 @@ class Certifier {
   }
 
  private:
-  static SceneOptions scene_options(Backend backend) {
-    SceneOptions options;
-    options.backend = backend;
-    return options;
-  }
-
   static QueryOptions query_options(bool margins) {
     QueryOptions options;
     options.margins = margins;
@@ -211,9 +206,9 @@ class Certifier {
 
 }  // namespace
 
-Certificate certify(const CertifyOptions& options, Backend backend, std::vector<MeshSequence> meshes,
+Certificate certify(const CertifyOptions& options, const SceneOptions& scene, std::vector<MeshSequence> meshes,
                     const std::function<void(const std::string&)>& show, const LogCallback& log) {
-  return Certifier(options, backend, std::move(meshes), log).run(show);
+  return Certifier(options, scene, std::move(meshes), log).run(show);
 }
 
 }  // namespace softcd::demo

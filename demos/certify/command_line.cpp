@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "command_line/choices.hpp"
+#include "command_line/option_flags.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -53,7 +53,7 @@ ParsedCertifyCommand parse_certify_command(int argc, char** argv) {
   CLI::Option* const list = app.add_option("--list", command.options.list, "The most pairs to list for a step or frame")
                                 ->option_text("N [100]")
                                 ->check(CLI::Range(0, 1000000000));
-  add_choice(app, "--backend", kBackends, command.backend, "The backend; the certificate is the same with each");
+  add_fields<SceneOptions>(app, command.scene);  // no option changes the certificate
   CLI::Option* const json =
       app.add_option("--json", command.json_file, "Write the certificate")->option_text("FILE")->check(refuse_empty);
   app.add_option("--check", command.check_file,

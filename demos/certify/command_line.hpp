@@ -13,7 +13,7 @@ struct CertifyCommand {
   std::vector<std::string> frames;   ///< files and folders
   std::vector<std::string> against;  ///< a file or a folder for each further mesh
   CertifyOptions options;
-  Backend backend = Backend::automatic;
+  SceneOptions scene;
   std::string json_file;   ///< empty: not written
   std::string check_file;  ///< empty: no certificate to repeat
 };

@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-#include "scenes/triangle_meeting.hpp"
+#include "mesh_tools/triangle_meeting.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -26,7 +26,7 @@ struct Box {
 double rounding_of(const std::vector<MeshSequence>& meshes) {
   Box scene;
   for (const MeshSequence& mesh : meshes) {
-    for (const Mesh* frame : {&mesh.previous(), &mesh.current()}) {
+    for (const mesh_tools::Mesh* frame : {&mesh.previous(), &mesh.current()}) {
       for (const Vec3d& x : frame->positions) scene.include(x);
     }
   }
@@ -34,15 +34,15 @@ double rounding_of(const std::vector<MeshSequence>& meshes) {
   return 0x1p-20 * std::max({extent.x, extent.y, extent.z}) + 0x1p-140;
 }
 
-ProbeBox box_of(const Mesh& mesh, const Triangle& triangle, double slack) {
+ProbeBox box_of(const mesh_tools::Mesh& mesh, const Triangle& triangle, double slack) {
   Box box;
   for (const std::uint32_t v : triangle.v) box.include(mesh.positions[v]);
   const Vec3d border{slack, slack, slack};
   return {box.lo - border, box.hi + border};
 }
 
-Face face_of(const Mesh& mesh, std::uint64_t first_vertex, std::uint32_t triangle) {
-  Face face{};
+mesh_tools::Face face_of(const mesh_tools::Mesh& mesh, std::uint64_t first_vertex, std::uint32_t triangle) {
+  mesh_tools::Face face{};
   for (std::size_t i = 0; i < 3; ++i) {
     const std::uint32_t v = mesh.triangles[triangle].v[i];
     face.v[i] = first_vertex + v;
@@ -85,7 +85,7 @@ void FrameIntersections::visit_intersecting(const Visit& visit) {
 
 void FrameIntersections::visit_near(const std::vector<MeshSequence>& meshes, const Visit& visit) {
   const double slack = rounding_of(meshes);
-  const Mesh& mesh = meshes[0].current();
+  const mesh_tools::Mesh& mesh = meshes[0].current();
   std::vector<ProbeBox> boxes;
   for (std::size_t begin = 0; begin < mesh.triangles.size(); begin += kTrianglesAtOnce) {
     const std::size_t end = std::min(begin + kTrianglesAtOnce, mesh.triangles.size());
@@ -109,9 +109,12 @@ std::vector<TrianglePair> FrameIntersections::find(const std::vector<MeshSequenc
   }
   std::vector<TrianglePair> pairs;
   const Visit add = [&](std::uint32_t triangle_a, std::uint32_t mesh_b, std::uint32_t triangle_b) {
-    const Meeting meeting = meeting_of(face_of(meshes[0].current(), 0, triangle_a),
-                                       face_of(meshes[mesh_b].current(), first_vertex[mesh_b], triangle_b));
-    if (meeting != Meeting::apart) pairs.push_back({triangle_a, mesh_b, triangle_b, meeting == Meeting::through});
+    const mesh_tools::Meeting meeting =
+        mesh_tools::meeting_of(face_of(meshes[0].current(), 0, triangle_a),
+                               face_of(meshes[mesh_b].current(), first_vertex[mesh_b], triangle_b));
+    if (meeting != mesh_tools::Meeting::apart) {
+      pairs.push_back({triangle_a, mesh_b, triangle_b, meeting == mesh_tools::Meeting::through});
+    }
   };
   if (are_floats(meshes)) {
     visit_intersecting(add);

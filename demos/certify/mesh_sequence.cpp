@@ -36,9 +36,9 @@ bool is_mesh_name(const fs::path& path) {
 
 /// Throws MeshError unless softcd compares every triangle. It leaves out triangles with a vertex that is not finite or
 /// has a coordinate beyond 1e37 (see Positions).
-void require_comparable(const fs::path& file, const Mesh& mesh) {
+void require_comparable(const fs::path& file, const mesh_tools::Mesh& mesh) {
   const auto require = [&](bool condition, const std::string& problem) {
-    if (!condition) throw MeshError(fmt::format("{}: {}", file.string(), problem));
+    if (!condition) throw mesh_tools::MeshError(fmt::format("{}: {}", file.string(), problem));
   };
   require(!mesh.triangles.empty(), "has no triangles, so there is nothing to prove");
   const auto is_left_out = [](const Vec3d& x) {
@@ -73,16 +73,19 @@ bool is_before(std::string_view a, std::string_view b) {
 
 std::vector<fs::path> files_of(const fs::path& file_or_folder) {
   std::error_code error;
-  if (!fs::exists(file_or_folder, error)) throw MeshError(fmt::format("{}: does not exist", file_or_folder.string()));
+  if (!fs::exists(file_or_folder, error))
+    throw mesh_tools::MeshError(fmt::format("{}: does not exist", file_or_folder.string()));
   if (!fs::is_directory(file_or_folder, error)) return {file_or_folder};
   std::vector<fs::path> files;
   for (fs::directory_iterator entry(file_or_folder, error); !error && entry != fs::directory_iterator();
        entry.increment(error)) {
     if (is_mesh_name(entry->path())) files.push_back(entry->path());
   }
-  if (error) throw MeshError(fmt::format("{}: cannot be read: {}", file_or_folder.string(), error.message()));
+  if (error)
+    throw mesh_tools::MeshError(fmt::format("{}: cannot be read: {}", file_or_folder.string(), error.message()));
   if (files.empty()) {
-    throw MeshError(fmt::format("{}: has no files with names ending in .ply, .obj or .glb", file_or_folder.string()));
+    throw mesh_tools::MeshError(
+        fmt::format("{}: has no files with names ending in .ply, .obj or .glb", file_or_folder.string()));
   }
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return is_before(a.filename().string(), b.filename().string());
@@ -92,15 +95,15 @@ std::vector<fs::path> files_of(const fs::path& file_or_folder) {
 
 void MeshSequence::read_next() {
   const fs::path& path = files_.at(hashes_.size());
-  Mesh mesh;
+  mesh_tools::Mesh mesh;
   std::string hash;
   {
-    const std::string content = read_mesh_content(path);
+    const std::string content = mesh_tools::read_mesh_content(path);
     hash = sha256(content);
-    mesh = parse_mesh(path, content);
+    mesh = mesh_tools::parse_mesh(path, content);
   }
   require_comparable(path, mesh);
-  if (!hashes_.empty()) require_same_topology(current_, files_[hashes_.size() - 1], mesh, path);
+  if (!hashes_.empty()) mesh_tools::require_same_topology(current_, files_[hashes_.size() - 1], mesh, path);
   hashes_.push_back(std::move(hash));
   previous_ = std::move(current_);
   current_ = std::move(mesh);

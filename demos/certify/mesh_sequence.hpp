@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 
 namespace softcd::demo {
 
@@ -33,16 +33,16 @@ class MeshSequence {
   /// or has a position that softcd leaves out because it is not finite.
   void read_next();
   /// Returns the last frame that was read.
-  const Mesh& current() const { return current_; }
+  const mesh_tools::Mesh& current() const { return current_; }
   /// Returns the frame before it; the same one where only one was read.
-  const Mesh& previous() const { return hashes_.size() > 1 ? previous_ : current_; }
+  const mesh_tools::Mesh& previous() const { return hashes_.size() > 1 ? previous_ : current_; }
   /// Returns the SHA-256 of every file that was read.
   const std::vector<std::string>& hashes() const { return hashes_; }
 
  private:
   std::vector<std::filesystem::path> files_;
   std::vector<std::string> hashes_;
-  Mesh current_, previous_;
+  mesh_tools::Mesh current_, previous_;
 };
 
 }  // namespace softcd::demo

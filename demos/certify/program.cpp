@@ -60,12 +60,13 @@ std::vector<MeshSequence> sequences_of(const CertifyCommand& command) {
   const std::size_t every = command.options.every;
   std::vector<MeshSequence> meshes = {MeshSequence(every_of(frames, every))};
   if (meshes[0].size() < 2) {
-    throw MeshError(fmt::format("{}: is the only frame; give at least two, or a smaller --every", frames[0].string()));
+    throw mesh_tools::MeshError(
+        fmt::format("{}: is the only frame; give at least two, or a smaller --every", frames[0].string()));
   }
   for (const std::string& word : command.against) {
     const std::vector<fs::path> files = files_of(word);
     if (files.size() > 1 && files.size() != frames.size()) {
-      throw MeshError(
+      throw mesh_tools::MeshError(
           fmt::format("{}: has {} meshes, but there are {} frames; give as many, or one for a mesh that stands still",
                       word, files.size(), frames.size()));
     }
@@ -78,7 +79,7 @@ std::vector<MeshSequence> sequences_of(const CertifyCommand& command) {
 void require_same_files(const WrittenCertificate& written, const std::vector<MeshSequence>& meshes) {
   const auto require = [&](std::size_t given, std::size_t certified, const char* what) {
     if (given == certified) return;
-    throw MeshError(
+    throw mesh_tools::MeshError(
         fmt::format("{}: is about {} {}, but {} are given; give the same", written.file, certified, what, given));
   };
   require(meshes.size() - 1, written.frame_counts.size() - 1, "meshes of --against");
@@ -112,7 +113,7 @@ int run(CertifyCommand command) {
     warn(text);
   };
   const Certificate certificate = certify(
-      command.options, command.backend, std::move(meshes), [&](const std::string& text) { progress.show(text); }, log);
+      command.options, command.scene, std::move(meshes), [&](const std::string& text) { progress.show(text); }, log);
   progress.clear();
 
   const std::string text = text_of(certificate);
@@ -143,7 +144,7 @@ int certify_program(int argc, char** argv) {
     const int exit_code = parsed.command ? run(*parsed.command) : parsed.exit_code;
     finish_standard_output();
     return exit_code;
-  } catch (const MeshError& error) {
+  } catch (const mesh_tools::MeshError& error) {
     return fail(kExitUnusableArguments, error);
   } catch (const InvalidInput& error) {
     return fail(kExitUnusableArguments, error);

@@ -7,6 +7,7 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "softcd/fields/options.hpp"
@@ -20,22 +21,27 @@ struct Choice {
   Value value;
 };
 
-/// Returns an enumeration's values by their names, with "auto" for `automatic`.
-template <class Enum>
-constexpr auto choices_of() {
-  std::array<Choice<Enum>, kEnumerators<Enum>.size()> choices{};
-  for (std::uint32_t i = 0; i < choices.size(); ++i) {
-    const char* const name = kEnumerators<Enum>[i];
-    choices[i] = {name == std::string_view("automatic") ? "auto" : name, Enum{i}};
-  }
-  return choices;
-}
+/// An enumerator as a word of a command line: "closest-feature" for `closest_feature`, "auto" for `automatic`.
+template <auto kEnumerator>
+inline constexpr auto kWord = [] {
+  auto word = kNameInSource<kEnumerator>;
+  const bool is_automatic = std::string_view(word.data()) == "automatic";
+  for (char& c : word) c = c == '_' ? '-' : c;
+  if (is_automatic) word[std::string_view("auto").size()] = '\0';
+  return word;
+}();
 
-inline constexpr auto kBackends = choices_of<Backend>();
-inline constexpr auto kDetections = choices_of<Detection>();
-inline constexpr auto kAccuracies = choices_of<Accuracy>();
-inline constexpr auto kBroadPhases = choices_of<BroadPhase>();
-inline constexpr std::array<Choice<bool>, 2> kOnOff = {{{"on", true}, {"off", false}}};
+template <class Enum, std::uint32_t... kValue>
+constexpr std::array<Choice<Enum>, sizeof...(kValue)> choices_of(
+    std::integer_sequence<std::uint32_t, kValue...> /*values*/) {
+  return {{{kWord<Enum{kValue}>.data(), Enum{kValue}}...}};
+}
+/// All values of an enumeration by their words.
+template <class Enum>
+inline constexpr auto kChoices =
+    choices_of<Enum>(std::make_integer_sequence<std::uint32_t, kEnumerators<Enum>.size()>());
+template <>
+inline constexpr std::array<Choice<bool>, 2> kChoices<bool> = {{{"on", true}, {"off", false}}};
 
 template <class Choices>
 std::string join_names(const Choices& choices, const char* separator) {
@@ -48,6 +54,11 @@ template <class Choices, class Value>
 const char* name_of(const Choices& choices, Value value) {
   const auto found = std::find_if(choices.begin(), choices.end(), [&](const auto& c) { return c.value == value; });
   return found == choices.end() ? "?" : found->name;
+}
+
+template <class Enum>
+const char* name_of(Enum value) {
+  return name_of(kChoices<Enum>, value);
 }
 
 /// Returns the choice of that name. Throws CLI::ValidationError when there is none.
@@ -70,6 +81,12 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, const Choices& c
       ->option_text(fmt::format("{} [{}]", join_names(choices, "|"), name_of(choices, target)));
 }
 
+/// Adds an option that takes one word of an enumeration, or on and off.
+template <class Value>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& target, const std::string& description) {
+  return add_choice(app, name, kChoices<Value>, target, description);
+}
+
 /// Adds an option that takes several names, one after the other or separated by commas.
 template <class Choices, class Value>
 CLI::Option* add_choices(CLI::App& app, const std::string& name, const Choices& choices, std::vector<Value>& targets,
@@ -83,6 +100,13 @@ CLI::Option* add_choices(CLI::App& app, const std::string& name, const Choices& 
   return app.add_option_function<std::vector<std::string>>(name, choose, description)
       ->delimiter(',')
       ->option_text(fmt::format("{}... [{}]", join_names(choices, "|"), defaults));
+}
+
+/// Adds an option that takes several words of an enumeration.
+template <class Enum>
+CLI::Option* add_choices(CLI::App& app, const std::string& name, std::vector<Enum>& targets,
+                         const std::string& description) {
+  return add_choices(app, name, kChoices<Enum>, targets, description);
 }
 
 }  // namespace softcd::demo

@@ -12,7 +12,7 @@ inline void add_statistics(nlohmann::ordered_json& json, const Statistics& stati
   for_each_field<Statistics>([&](auto field) {
     if constexpr (std::is_arithmetic_v<typename decltype(field)::Value>) json[field.kName] = field.of(statistics);
   });
-  json["backend"] = name_of(kBackends, statistics.backend);
+  json["backend"] = name_of(statistics.backend);
   for (const StageTime& stage : kStageTimes) json["ms"][stage.name] = statistics.ms.*stage.ms;
 }
 

@@ -8,9 +8,10 @@
 #include <filesystem>
 #include <vector>
 
-#include "command_line/choices.hpp"
+#include "command_line/option_flags.hpp"
 #include "command_line/world_choices.hpp"
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
+#include "softcd/fields/settings.hpp"
 
 namespace softcd::demo {
 namespace {
@@ -23,16 +24,6 @@ constexpr std::array<Choice<bool OverlayChoice::*>, 5> kOverlays = {{{"wire", &O
 constexpr int kLargestSize = 10000;
 constexpr int kFewestPixels = 16;  // smallest width and height of a picture
 constexpr int kMostPixels = 8192;
-constexpr std::array<Choice<Collision>, 3> kCollisions = {
-    {{"softcd", Collision::softcd}, {"bullet", Collision::bullet}, {"off", Collision::off}}};
-constexpr std::array<Choice<bullet::EdgeContacts>, 3> kEdgeContacts = {
-    {{"off", bullet::EdgeContacts::off},
-     {"respond", bullet::EdgeContacts::respond},
-     {"automatic", bullet::EdgeContacts::automatic}}};
-
-constexpr std::array<Choice<bullet::Settings (*)()>, 3> kPresets = {
-    {{"fast", bullet::Settings::fast}, {"balanced", bullet::Settings::balanced}, {"safe", bullet::Settings::safe}}};
-
 std::string size_text(const SceneInfo& scene, int size) {
   SceneOptions options;
   options.size = size;
@@ -125,17 +116,14 @@ void check_exported_step(const CLI::App& app, const DemoCommand& command) {
 void check_mesh_files(const std::string& target) {
   if (target.find('#') == std::string::npos) return;  // a folder
   const std::string extension = std::filesystem::path(target).extension().string();
-  if (std::find(kWrittenExtensions.begin(), kWrittenExtensions.end(), extension) == kWrittenExtensions.end()) {
-    throw CLI::ValidationError("--export",
-                               fmt::format("'{}' ends in none of {}", target, fmt::join(kWrittenExtensions, ", ")));
+  if (std::find(mesh_tools::kWrittenExtensions.begin(), mesh_tools::kWrittenExtensions.end(), extension) ==
+      mesh_tools::kWrittenExtensions.end()) {
+    throw CLI::ValidationError(
+        "--export", fmt::format("'{}' ends in none of {}", target, fmt::join(mesh_tools::kWrittenExtensions, ", ")));
   }
 }
 
 }  // namespace
-
-const char* name_of(Collision collision) {
-  return name_of(kCollisions, collision);
-}
 
 const char* name_of(World world) {
   return name_of(kWorlds, world);
@@ -157,21 +145,15 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   add_choice(app, "--world", kWorlds, options.world,
              "Bullet's classic soft world, or its deformable world, which integrates springs explicitly,\n"
              "in steps of 1/240 second");
-  add_choice(app, "--collision", kCollisions, options.collision,
+  add_choice(app, "--collision", options.collision,
              "The detector of contacts between soft bodies. bullet finds none within a body");
   app.add_option_function<std::string>(
-         "--preset", [&](const std::string& word) { options.settings = value_of(kPresets, word, "--preset")(); },
+         "--preset",
+         [&](const std::string& word) { options.settings = value_of(bullet::kPresets, word, "--preset")(); },
          "softcd's settings, which the options below change. balanced is the library's default.\n"
          "Default: ccd, and edges respond")
-      ->option_text(join_names(kPresets, "|"));
-  add_choice(app, "--backend", kBackends, options.settings.backend,
-             "softcd's backend; auto takes a GPU where one exists");
-  add_choice(app, "--detection", kDetections, options.settings.detection,
-             "softcd's detection. ccd: along the motion of a step; dcd: distances at its end, Bullet's rule");
-  add_choice(app, "--edges", kEdgeContacts, options.settings.edge_contacts,
-             "respond: softcd also detects contacts between edges, and Bullet's solver responds to them");
-  add_choice(app, "--contacts", kContacts, options.settings.contacts,
-             "The contacts of nodes with faces that softcd gives to Bullet's solver. all: Bullet's rule");
+      ->option_text(join_names(bullet::kPresets, "|"));
+  add_fields<bullet::Settings>(app, options.settings, {"read_out"});
   app.add_option("--iterations", options.iterations,
                  "Iterations of Bullet's classic solver: Config::piterations of all bodies")
       ->option_text("N [the scene's]")

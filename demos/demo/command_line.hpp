@@ -39,7 +39,6 @@ struct ParsedCommandLine {
 
 ParsedCommandLine parse_command_line(int argc, char** argv);
 
-const char* name_of(Collision collision);
 const char* name_of(World world);
 
 }  // namespace softcd::demo

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 #include "png_file.hpp"
 #include "scenes/vectors.hpp"
 
@@ -10,8 +10,8 @@ namespace softcd::demo {
 namespace {
 
 /// Returns all bodies as one mesh.
-Mesh mesh_of(const Scene& scene) {
-  Mesh mesh;
+mesh_tools::Mesh mesh_of(const Scene& scene) {
+  mesh_tools::Mesh mesh;
   for (const Surface& surface : scene.all_surfaces()) {
     const btSoftBody& body = *surface.body;
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
@@ -33,7 +33,7 @@ Mesh mesh_of(const Scene& scene) {
 
 void write_mesh(const std::filesystem::path& file, const Scene& scene) {
   std::filesystem::create_directories(file.parent_path());
-  write_mesh(file, mesh_of(scene));
+  mesh_tools::write_mesh(file, mesh_of(scene));
 }
 
 FileSequence::FileSequence(const std::string& target, const std::string& extension) {
@@ -66,7 +66,7 @@ FrameWriter::FrameWriter(PictureTaker* pictures, const std::string& record, cons
 void FrameWriter::write(const Scene& scene) {
   if (video_) video_->add(picture_taker_->take(scene));
   if (pictures_) write_png(pictures_->next(), picture_taker_->take(scene));
-  if (meshes_) write_mesh(meshes_->next(), mesh_of(scene));
+  if (meshes_) mesh_tools::write_mesh(meshes_->next(), mesh_of(scene));
 }
 
 void FrameWriter::finish() {

@@ -26,8 +26,8 @@ void print_head(const DemoCommand& command, const Scene& scene) {
   fmt::print("{}: {} triangles, {} world, collision {}", command.scene, scene.count_triangles(),
              name_of(command.options.world), name_of(command.options.collision));
   if (const bullet::WorldDetection* detection = scene.simulation().detection()) {
-    fmt::print(", detection {} on {}", name_of(kDetections, command.options.settings.detection),
-               name_of(kBackends, detection->contact_report().backend()));
+    fmt::print(", detection {} on {}", name_of(command.options.settings.detection),
+               name_of(detection->contact_report().backend()));
   }
   fmt::print("\n{:>6}  {:>9}  {:>12}  {:>9}  {:>11}  {:>18}\n", "time s", "step ms", "detection ms", "contacts",
              "penetrating", "intersecting edges");
@@ -64,7 +64,7 @@ nlohmann::ordered_json to_json(const DemoCommand& command, const Scene& scene, c
                                  {"triangles", scene.count_triangles()},
                                  {"world", name_of(command.options.world)},
                                  {"collision", name_of(command.options.collision)},
-                                 {"detection", name_of(kDetections, command.options.settings.detection)},
+                                 {"detection", name_of(command.options.settings.detection)},
                                  {"steps", command.steps},
                                  {"time_step", double(scene.time_step())},
                                  {"first_step_ms", measurement.first_step_ms},
@@ -75,7 +75,7 @@ nlohmann::ordered_json to_json(const DemoCommand& command, const Scene& scene, c
                                  {"most_penetrating_vertices", measurement.most_penetration.vertices},
                                  {"most_intersecting_edges", measurement.most_penetration.edges}};
   if (const bullet::WorldDetection* detection = scene.simulation().detection())
-    json["backend"] = name_of(kBackends, detection->contact_report().backend());
+    json["backend"] = name_of(detection->contact_report().backend());
   json["rows"] = nlohmann::ordered_json::array();
   for (const Row& row : measurement.rows) {
     nlohmann::ordered_json entry = {{"until", row.until}, {"step_ms", row.step_ms}};

@@ -2,33 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <string_view>
+#include <string>
 
-#include "command_line/choices.hpp"
+#include "command_line/option_flags.hpp"
 
 namespace softcd::demo {
 namespace {
-
-void choose_features(std::string_view words, Features& features) {
-  features = {false, false};
-  while (true) {
-    const std::size_t comma = words.find(',');
-    const std::string_view word = words.substr(0, comma);
-    if (word != "vt" && word != "ee") {
-      throw CLI::ValidationError("--features", fmt::format("'{}' is not one of vt, ee", word));
-    }
-    (word == "vt" ? features.vertex_triangle : features.edge_edge) = true;
-    if (comma == std::string_view::npos) return;
-    words.remove_prefix(comma + 1);
-  }
-}
-
-constexpr std::array<Choice<Search>, 2> kIntersections = {{{"off", Search::contacts}, {"regions", Search::regions}}};
-
-std::string refuse_sign(std::string& number) {
-  return number.starts_with('-') ? "must not be negative" : "";
-}
 
 /// Adds an option for a file name, which must not be empty: inside the program empty means none.
 CLI::Option* add_file(CLI::App& app, const std::string& name, std::string& file, const std::string& description) {
@@ -44,36 +23,15 @@ void add_frames(CLI::App& app, DetectCommand& command) {
   add_file(app, "t1", command.second_frame, "The same triangles at the end of the step");
 }
 
+/// Adds the options that concern one body, contacts on the host and the frames that are given.
 void add_detection_options(CLI::App& app, DetectCommand& command) {
-  PipelineOptions& options = command.options;
-  add_choice(app, "--backend", kBackends, options.backend, "The backend; auto takes a GPU where one exists");
-  add_choice(app, "--detection", kDetections, options.detection,
-             "ccd: along straight lines from t0 to t1; dcd: distances at the last frame given");
-  app.add_option_function<std::string>(
-         "--features", [&command](const std::string& words) { choose_features(words, command.settings.features); },
-         "Kinds of contacts: vertex-triangle, edge-edge")
-      ->option_text("vt,ee [vt,ee]");
-  add_choice(app, "--accuracy", kAccuracies, options.accuracy,
-             "The narrow phase's arithmetic: float32, float64, or float64 that finds everything within a\n"
-             "margin. auto: the last for meshes in double, and for ccd with a margin; else float64");
-  app.add_option("--margin", command.settings.margin,
-                 "The surface's margin, in the positions' unit. Two features are in contact when their\n"
-                 "distance is at most the sum of both sides' margins: twice this, in one mesh")
-      ->option_text("M [0]");
-  app.add_option("--cell-size-factor", options.cell_size_factor,
-                 "Cell size of broad phase exact: this times the mean bounding radius of the triangles, on the\n"
-                 "CPU of patches of up to 8 triangles. 0 chooses")
-      ->option_text("L [0]");
-  add_choice(app, "--subdivision", kOnOff, options.subdivision,
-             "Virtual subdivision of triangles that are larger than a cell");
-  add_choice(app, "--broad-phase", kBroadPhases, options.broad_phase,
-             "How candidate pairs are found: uniform has one grid for the largest triangle, and many more tests");
-  app.add_option("--memory-limit", options.memory_limit,
-                 "The most bytes that the detection may use, also with K, M, G (1000) or KiB, MiB, GiB\n"
-                 "(1024); 0 for no limit. Less memory takes more time; too little is an error")
-      ->option_text("BYTES [0]")
-      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/true))
-      ->transform(CLI::Validator(refuse_sign, ""));  // before the units, which read -1 as 2^64 - 1
+  add_fields<SceneOptions>(app, command.options);
+  add_fields<QueryOptions>(
+      app, command.options,
+      {"motion_margin", "step_end", "margins", "neighbour_filters", "reuse_pairs", "contacts_on_device"});
+  add_fields<BodySettings>(app, command.settings,
+                           {"filter_group", "filter_mask", "self_collision", "kinematic", "vertex_triangle",
+                            "edge_edge", "batch", "rest_distance"});
 }
 
 void add_output_options(CLI::App& app, DetectCommand& command) {
@@ -81,7 +39,7 @@ void add_output_options(CLI::App& app, DetectCommand& command) {
            "Write the contacts as CSV with the columns kind,a0,a1,b0,b1,b2,toi,distance: a vertex\n"
            "and a triangle are vt,v,,f0,f1,f2, two edges are ee,e0,e1,g0,g1,. Vertices count from\n"
            "0; toi is the fraction of the step, distance in the positions' unit");
-  add_choice(app, "--intersections", kIntersections, command.search,
+  add_choice(app, "--intersections", command.intersections,
              "regions: in place of contacts, find where the last frame is through itself: curves, the regions\n"
              "on the wrong side, and how far their vertices are from the way out");
   add_file(app, "--coloured", command.coloured_file,
@@ -115,7 +73,7 @@ ParsedCommandLine parse_command_line(int argc, char** argv) {
   add_output_options(app, command);
   try {
     app.parse(argc, argv);
-    const bool finds_contacts = command.search == Search::contacts;
+    const bool finds_contacts = command.intersections == Intersections::off;
     if (finds_contacts && !command.coloured_file.empty()) {
       throw CLI::ValidationError("--coloured", "needs --intersections regions");
     }

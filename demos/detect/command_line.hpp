@@ -7,9 +7,9 @@
 
 namespace softcd::demo {
 
-/// The kinds of results that the program finds.
-enum class Search : std::uint32_t {
-  contacts,
+/// What the program finds in place of contacts.
+enum class Intersections : std::uint32_t {
+  off,
   regions,  ///< where the last frame is through itself
 };
 
@@ -18,7 +18,7 @@ struct DetectCommand {
   std::string second_frame;  ///< empty: there is one frame
   PipelineOptions options;
   BodySettings settings;
-  Search search = Search::contacts;
+  Intersections intersections = Intersections::off;
   std::string coloured_file;      ///< the regions' mesh; empty: not written
   std::string contacts_file;      ///< empty: not written
   std::string json_file;          ///< empty: not written

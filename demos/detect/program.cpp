@@ -11,40 +11,41 @@
 #include "command_line/progress_line.hpp"
 #include "command_line/standard_output.hpp"
 #include "measurement.hpp"
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 #include "report.hpp"
 
 namespace softcd::demo {
 namespace {
 
 struct Frames {
-  Mesh first;
-  std::optional<Mesh> second;
+  mesh_tools::Mesh first;
+  std::optional<mesh_tools::Mesh> second;
 
-  const Mesh& last() const { return second ? *second : first; }
+  const mesh_tools::Mesh& last() const { return second ? *second : first; }
 };
 
 Frames read_frames(const DetectCommand& command, ProgressLine& progress) {
   const auto read = [&progress](const std::string& file) {
     progress.show("reading " + file);
-    return read_mesh(file);
+    return mesh_tools::read_mesh(file);
   };
   Frames frames{read(command.first_frame), std::nullopt};
   if (!command.second_frame.empty()) {
     frames.second = read(command.second_frame);
-    require_same_topology(frames.first, command.first_frame, *frames.second, command.second_frame);
+    mesh_tools::require_same_topology(frames.first, command.first_frame, *frames.second, command.second_frame);
   }
   return frames;
 }
 
 /// Finds where the last frame is through itself.
 void find_regions(const DetectCommand& command, const Frames& frames, Scene& scene, BodyId body) {
-  const Mesh& last = frames.last();
+  const mesh_tools::Mesh& last = frames.last();
   scene.set_positions(body, last.positions);
   Probe probe(scene);
   const IntersectionRegions found = probe.intersection_regions();
   if (!command.coloured_file.empty()) {
-    write_mesh(command.coloured_file, {last.positions, last.triangles, colours_of(last.triangles.size(), found)});
+    mesh_tools::write_mesh(command.coloured_file,
+                           {last.positions, last.triangles, colours_of(last.triangles.size(), found)});
   }
   if (!command.json_file.empty()) write_regions_json(command, found);
   print_regions(found);
@@ -64,7 +65,7 @@ void run(DetectCommand command) {
   CollisionPipeline pipeline(command.options, log);
   const auto vertex_count = static_cast<std::uint32_t>(frames.first.positions.size());
   const BodyId body = pipeline.scene.add_body({frames.first.triangles, vertex_count, command.settings});
-  if (command.search == Search::regions) {
+  if (command.intersections == Intersections::regions) {
     progress.clear();
     return find_regions(command, frames, pipeline.scene, body);
   }
@@ -97,7 +98,7 @@ int detect_program(int argc, char** argv) {
     if (parsed.command) run(*parsed.command);
     finish_standard_output();
     return parsed.exit_code;
-  } catch (const MeshError& error) {
+  } catch (const mesh_tools::MeshError& error) {
     return fail(kExitWrongInput, error);
   } catch (const InvalidInput& error) {
     return fail(kExitWrongInput, error);

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "command_line/choices.hpp"
+#include "command_line/option_flags.hpp"
 #include "command_line/stage_times.hpp"
 #include "command_line/statistics_json.hpp"
 
@@ -20,9 +20,9 @@ void write_file(const std::string& file, const std::string& content) {
   if (!stream) throw std::runtime_error(fmt::format("{}: cannot be written (does its folder exist?)", file));
 }
 
-constexpr const char* kKinds[] = {"closed", "loop_with_border", "open", "degenerate"};
-constexpr Rgb kColours[] = {{220, 40, 30}, {240, 150, 20}, {40, 90, 220}, {150, 50, 180}};
-constexpr Rgb kGrey = {200, 200, 200};
+constexpr mesh_tools::Rgb kColours[] = {{220, 40, 30}, {240, 150, 20}, {40, 90, 220}, {150, 50, 180}};
+static_assert(std::size(kColours) == kEnumerators<RegionKind>.size());
+constexpr mesh_tools::Rgb kGrey = {200, 200, 200};
 
 double greatest_distance(const IntersectionRegions& found, const IntersectionRegion& region) {
   double greatest = 0;
@@ -38,6 +38,19 @@ double length_of(const IntersectionRegions& found) {
   return length;
 }
 
+/// Adds all options by name.
+template <class Options>
+void add_options(nlohmann::ordered_json& json, const Options& options) {
+  for_each_flag<Options>({}, [&](auto field) {
+    using Value = typename decltype(field)::Value;
+    if constexpr (std::is_enum_v<Value>) {
+      json[field.kName] = name_of(field.of(options));
+    } else {
+      json[field.kName] = field.of(options);
+    }
+  });
+}
+
 }  // namespace
 
 void write_regions_json(const DetectCommand& command, const IntersectionRegions& found) {
@@ -48,7 +61,7 @@ void write_regions_json(const DetectCommand& command, const IntersectionRegions&
                                  {"touching_pairs", found.touching_pairs},
                                  {"regions", nlohmann::ordered_json::array()}};
   for (const IntersectionRegion& region : found.regions) {
-    json["regions"].push_back({{"kind", kKinds[static_cast<std::uint32_t>(region.kind)]},
+    json["regions"].push_back({{"kind", kEnumerators<RegionKind>[static_cast<std::uint32_t>(region.kind)]},
                                {"area", region.area},
                                {"curve_length", region.curve_length},
                                {"vertices", region.vertex_count},
@@ -58,8 +71,8 @@ void write_regions_json(const DetectCommand& command, const IntersectionRegions&
   write_file(command.json_file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
-std::vector<Rgb> colours_of(std::size_t triangle_count, const IntersectionRegions& found) {
-  std::vector<Rgb> colours(triangle_count, kGrey);
+std::vector<mesh_tools::Rgb> colours_of(std::size_t triangle_count, const IntersectionRegions& found) {
+  std::vector<mesh_tools::Rgb> colours(triangle_count, kGrey);
   for (const IntersectionRegion& region : found.regions) {
     for (std::uint32_t i = 0; i < region.triangle_count; ++i) {
       colours[found.triangles[region.first_triangle + i]] = kColours[static_cast<std::uint32_t>(region.kind)];
@@ -73,8 +86,8 @@ void print_regions(const IntersectionRegions& found) {
              length_of(found));
   for (const IntersectionRegion& region : found.regions) {
     fmt::print("  {}: {} triangles, {} vertices, area {:.6g}, curves {:.6g}, way out at most {:.6g}\n",
-               kKinds[static_cast<std::uint32_t>(region.kind)], region.triangle_count, region.vertex_count, region.area,
-               region.curve_length, greatest_distance(found, region));
+               kEnumerators<RegionKind>[static_cast<std::uint32_t>(region.kind)], region.triangle_count,
+               region.vertex_count, region.area, region.curve_length, greatest_distance(found, region));
   }
 }
 
@@ -95,16 +108,11 @@ void write_contacts(const std::string& file, Span<const Contact> contacts) {
 }
 
 void write_json(const DetectCommand& command, const Statistics& statistics) {
-  nlohmann::ordered_json json = {{"t0", command.first_frame},
-                                 {"t1", command.second_frame},
-                                 {"repeat", command.repetitions},
-                                 {"detection", name_of(kDetections, command.options.detection)},
-                                 {"broad_phase", name_of(kBroadPhases, command.options.broad_phase)},
-                                 {"accuracy", name_of(kAccuracies, command.options.accuracy)},
-                                 {"margin", command.settings.margin},
-                                 {"subdivision", command.options.subdivision},
-                                 {"cell_size_factor", command.options.cell_size_factor},
-                                 {"memory_limit", command.options.memory_limit}};
+  nlohmann::ordered_json json = {
+      {"t0", command.first_frame}, {"t1", command.second_frame}, {"repeat", command.repetitions}};
+  add_options<SceneOptions>(json, command.options);
+  add_options<QueryOptions>(json, command.options);
+  add_options<BodySettings>(json, command.settings);
   add_statistics(json, statistics);
   // File names may hold any bytes.
   write_file(command.json_file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
@@ -112,9 +120,8 @@ void write_json(const DetectCommand& command, const Statistics& statistics) {
 
 void print_summary(const DetectCommand& command, const Statistics& s) {
   fmt::print("mesh        {} triangles, {} vertices, {} edges\n", s.triangles, s.vertices, s.edges);
-  fmt::print("detection   {}, {}, broad phase {}, on {}\n", name_of(kDetections, command.options.detection),
-             name_of(kAccuracies, command.options.accuracy), name_of(kBroadPhases, command.options.broad_phase),
-             name_of(kBackends, s.backend));
+  fmt::print("detection   {}, {}, broad phase {}, on {}\n", name_of(command.options.detection),
+             name_of(command.options.accuracy), name_of(command.options.broad_phase), name_of(s.backend));
   fmt::print("grid        cell size {:.6g}, {} entries in {} cells, {} triangles split into {}, {} big\n", s.cell_size,
              s.entries, s.cells, s.split_triangles, s.children, s.big_triangles);
   fmt::print("candidates  {} tests, {} triangle pairs, {} vt, {} ee\n", s.tests, s.triangle_pairs, s.vt_candidates,

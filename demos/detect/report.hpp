@@ -2,7 +2,7 @@
 
 #include "command_line.hpp"
 #include "measurement.hpp"
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 
 namespace softcd::demo {
 
@@ -16,7 +16,7 @@ void write_json(const DetectCommand& command, const Statistics& statistics);
 void write_regions_json(const DetectCommand& command, const IntersectionRegions& found);
 
 /// Returns a colour for each triangle: that of its region's kind, or grey.
-std::vector<Rgb> colours_of(std::size_t triangle_count, const IntersectionRegions& found);
+std::vector<mesh_tools::Rgb> colours_of(std::size_t triangle_count, const IntersectionRegions& found);
 
 /// Prints the regions on standard output.
 void print_regions(const IntersectionRegions& found);

@@ -8,7 +8,7 @@
 #include <unordered_map>
 
 #include "LinearMath/btAabbUtil2.h"
-#include "scenes/exact_intersection.hpp"
+#include "mesh_tools/exact_intersection.hpp"
 #include "scenes/vectors.hpp"
 #include "softcd/mesh/features.hpp"
 
@@ -170,9 +170,10 @@ Intersections find_intersections(const std::vector<const btSoftBody*>& bodies, c
     bool is_apart = true;
     grid.for_each_near(box, [&, &a = a, &b = b](std::uint32_t index) {
       const Corners& t = triangles[index];
-      is_apart = is_apart && (!overlap(box, box_of(t)) || has_vertex(t, a) || has_vertex(t, b) ||
-                              !intersects(a.position, b.position, {t[0].position, t[1].position, t[2].position}) ||
-                              !do_count(a.body, t[0].body));
+      is_apart =
+          is_apart && (!overlap(box, box_of(t)) || has_vertex(t, a) || has_vertex(t, b) ||
+                       !mesh_tools::intersects(a.position, b.position, {t[0].position, t[1].position, t[2].position}) ||
+                       !do_count(a.body, t[0].body));
     });
     if (is_apart) continue;
     ++found.edge_count;

@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cfloat>
-#include <tuple>
+#include <type_traits>
 #include <utility>
 
+#include "softcd/fields/settings.hpp"
 #include "softcd/pipeline/detector.hpp"
 
 namespace softcd::demo {
@@ -67,26 +68,22 @@ struct Detecting {
   Backend backend;
 };
 
-struct Preset {
-  const char* name;
-  bullet::Settings (*make)();
-};
-
-constexpr std::array<Preset, 3> kPresets = {
-    {{"fast", bullet::Settings::fast}, {"balanced", bullet::Settings::balanced}, {"safe", bullet::Settings::safe}}};
-
-/// Returns the settings that a preset decides.
-auto dials_of(const bullet::Settings& settings) {
-  return std::tuple(settings.detection, settings.accuracy, settings.edge_contacts, settings.contacts,
-                    settings.contacts_per_node, settings.convex_shapes);
+/// Returns whether all settings are equal but for callbacks.
+bool are_equal(const bullet::Settings& a, const bullet::Settings& b) {
+  bool equal = true;
+  for_each_field<bullet::Settings>([&](auto field) {
+    using Value = typename decltype(field)::Value;
+    if constexpr (std::is_enum_v<Value> || std::is_arithmetic_v<Value>) equal &= field.of(a) == field.of(b);
+  });
+  return equal;
 }
 
 void draw_presets(const Session& session, PanelState& state) {
   const bullet::Settings& settings = session.options().settings;
-  for (const Preset& preset : kPresets) {
-    bullet::Settings chosen = preset.make();
-    if (ImGui::RadioButton(preset.name, dials_of(chosen) == dials_of(settings))) {
-      chosen.backend = settings.backend;
+  for (const bullet::Preset& preset : bullet::kPresets) {
+    bullet::Settings chosen = preset.value();
+    chosen.backend = settings.backend;
+    if (ImGui::RadioButton(preset.name, are_equal(chosen, settings))) {
       state.go_on_with = session.options();
       state.go_on_with->settings = chosen;
     }

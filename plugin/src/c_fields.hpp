@@ -3,30 +3,8 @@
 #include "c_interface.hpp"
 #include "softcd/fields/options.hpp"
 
-/// The structs of softcd.h and the structs of softcd.hpp that they correspond to. Members of one name have one meaning.
+/// Copies between the structs of softcd.h and those of softcd.hpp. Members of one name have one meaning.
 namespace softcd {
-
-template <>
-inline constexpr auto kFields<softcd_scene_options> =
-    fields_of<softcd_scene_options, &softcd_scene_options::struct_size, &softcd_scene_options::backend,
-              &softcd_scene_options::memory_limit, &softcd_scene_options::max_threads,
-              &softcd_scene_options::cuda_device, &softcd_scene_options::cuda_stream>();
-
-template <>
-inline constexpr auto kFields<softcd_body_settings> = fields_of<
-    softcd_body_settings, &softcd_body_settings::struct_size, &softcd_body_settings::margin,
-    &softcd_body_settings::filter_group, &softcd_body_settings::filter_mask, &softcd_body_settings::self_collision,
-    &softcd_body_settings::kinematic, &softcd_body_settings::vertex_triangle, &softcd_body_settings::edge_edge,
-    &softcd_body_settings::batch, &softcd_body_settings::neighbour_rings, &softcd_body_settings::rest_distance>();
-
-template <>
-inline constexpr auto kFields<softcd_query_options> = fields_of<
-    softcd_query_options, &softcd_query_options::struct_size, &softcd_query_options::detection,
-    &softcd_query_options::accuracy, &softcd_query_options::broad_phase, &softcd_query_options::contact_rule,
-    &softcd_query_options::step_end, &softcd_query_options::subdivision, &softcd_query_options::cell_size_factor,
-    &softcd_query_options::motion_margin, &softcd_query_options::margins, &softcd_query_options::vertex_triangle,
-    &softcd_query_options::edge_edge, &softcd_query_options::reuse_pairs, &softcd_query_options::contacts_on_device,
-    &softcd_query_options::neighbour_filters>();
 
 template <>
 inline constexpr auto kFields<softcd_statistics> =

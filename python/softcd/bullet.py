@@ -74,15 +74,10 @@ def attach(client: int = 0, *, preset: Preset = "balanced", **settings: Unpack[S
     """Gives the world of a PyBullet client softcd's detection, and returns an Attachment.
 
     The world has soft bodies (the default) or deformable ones (RESET_USE_DEFORMABLE_WORLD). It may be new or in use.
-    preset, "fast", "balanced" or "safe", chooses settings to begin with; settings are those of softcd::bullet::Settings
-    by keyword, enumerators by name or as enumerations: backend ("automatic", "cpu", "cuda"), detection ("dcd", "ccd"),
-    accuracy ("fast", "precise", "conservative", "automatic"), broad_phase ("exact", "uniform"), cell_size_factor,
-    reuse_pairs, self_collision ("flagged", "all", "none"), edge_contacts ("off", "report", "respond",
-    "automatic"), contacts ("all", "closest_feature", "automatic"), contacts_per_node, rigid_meshes, convex_shapes
-    ("nodes", "faces_and_edges"), untangle, untangle_speed, filter_deformables, read_out ("off", "contacts", "impulses").
-    The class Settings says what each does. In place of C++'s callbacks there are Attachment.contacts() and
-    Attachment.messages(). A step in which softcd fails goes on with Bullet's own detection: `failed_steps` of
-    Attachment.report() counts such steps.
+    preset, "fast", "balanced" or "safe", chooses settings to begin with. settings are those of softcd::bullet::Settings
+    by keyword, enumerators by name or as enumerations; the class Settings lists them and says what each does. In place
+    of C++'s callbacks there are Attachment.contacts() and Attachment.messages(). A step in which softcd fails goes on
+    with Bullet's own detection: `failed_steps` of Attachment.report() counts such steps.
 
     Raises softcd.Error where softcd was built without the plugin or for another version of PyBullet; InvalidInput,
     naming the setting, where a setting is unknown or out of range, where the world has no soft bodies, and where softcd

@@ -9,13 +9,13 @@ namespace nb = nanobind;
 namespace {
 
 /// Defines an enumeration. `descriptions` are those of its values, in their order; null where the names suffice.
-template <class Enum>
-void bind(nb::module_& module, const char* name, const char* description,
-          const std::array<const char*, kEnumerators<Enum>.size()>& descriptions) {
-  nb::enum_<Enum> bound(module, name, description);
-  for (std::uint32_t i = 0; i < descriptions.size(); ++i) {
-    bound.value(
-        kEnumerators<Enum>[i], Enum { i }, descriptions[i]);
+template <class Enum, std::uint32_t kCount, class... Kind>
+void bind(nb::module_& module, const char* name, const char* description, const char* const (&descriptions)[kCount],
+          Kind... kind) {
+  static_assert(kCount == kEnumerators<Enum>.size());
+  nb::enum_<Enum> bound(module, name, kind..., description);
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    bound.value(kEnumerators<Enum>[i], static_cast<Enum>(i), descriptions[i]);
   }
 }
 
@@ -38,20 +38,27 @@ void bind_enumerations(nb::module_& module) {
   bind<BroadPhase>(
       module, "BroadPhase", "How candidate pairs are found. No choice ever loses one.",
       {"Virtual subdivision with exact control bits.", "One grid for the largest triangle: many more tests."});
-  bind<StepEnd>(module, "StepEnd", "The end of the step that a discrete detection uses.", {});
+  bind<StepEnd>(module, "StepEnd", "The end of the step that a discrete detection uses.", {nullptr, nullptr});
+  bind<DetectionStage>(
+      module, "DetectionStage", "The parts of a detection on which explain() reports, in the order of time.",
+      {"The choice of the processor.", "Bodies that have no positions yet.", "The choice of the bodies that may touch.",
+       "The division among ranks.", "Bounding volumes of moving triangles.",
+       "The division of triangles that are larger than a cell.", "The search for pairs of triangles.",
+       "Triangles that would need too many cells.", "Pairs that are tested in parts, so that memory suffices.",
+       "The choice of the narrow phase's arithmetic.", nullptr, nullptr, "The search for the first time of contact.",
+       "The choice of the contacts that a solver gets."});
   bind<Pairs>(module, "Pairs", "The pairs of bodies that a detection compares.",
               {nullptr,
                "Pairs with a body that was added or updated, or given positions or settings, since the query's last "
                "detection."});
-  bind<LogLevel>(module, "LogLevel", nullptr, {});
-  nb::enum_<ContactKind>(module, "ContactKind", nb::is_arithmetic(), "The values of the contacts' field `kind`.")
-      .value("vertex_triangle", ContactKind::vertex_triangle)
-      .value("edge_edge", ContactKind::edge_edge);
-  nb::enum_<RegionKind>(module, "RegionKind", nb::is_arithmetic(), "The values of the field `kind` of regions.")
-      .value("closed", RegionKind::closed, "Closed curves bound it, or nothing: it is whole inside a closed body.")
-      .value("loop_with_border", RegionKind::loop_with_border, "Curves and the surface's border bound it.")
-      .value("open", RegionKind::open, "Nothing bounds it: the curve does not separate the surface.")
-      .value("degenerate", RegionKind::degenerate, "No side follows from its curves.");
+  bind<LogLevel>(module, "LogLevel", nullptr, {nullptr, nullptr});
+  bind<ContactKind>(module, "ContactKind", "The values of the contacts' field `kind`.", {nullptr, nullptr},
+                    nb::is_arithmetic());
+  bind<RegionKind>(module, "RegionKind", "The values of the field `kind` of regions.",
+                   {"Closed curves bound it, or nothing: it is whole inside a closed body.",
+                    "Curves and the surface's border bound it.",
+                    "Nothing bounds it: the curve does not separate the surface.", "No side follows from its curves."},
+                   nb::is_arithmetic());
 }
 
 }  // namespace softcd::python

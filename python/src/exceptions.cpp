@@ -1,7 +1,7 @@
 #include <nanobind/nanobind.h>
 
 #include "bindings.hpp"
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 #include "softcd/error.hpp"
 
 namespace softcd::python {
@@ -30,7 +30,7 @@ void translate(const std::exception_ptr& thrown, void* /*unused*/) {
     raise("OutOfMemory", error);
   } catch (const Error& error) {
     raise("Error", error);
-  } catch (const demo::MeshError& error) {
+  } catch (const mesh_tools::MeshError& error) {
     raise("MeshError", error);
   }
 }

@@ -66,7 +66,12 @@ class Fields {
   template <class Class>
   void define_read_only(Class& bound) const {
     for_each([&](auto field, const char* name) {
-      bound.def_prop_ro(name, [field](Struct& self) { return field.of(self); });
+      const auto get = [field](Struct& self) { return field.of(self); };
+      if constexpr (field.kHelp != nullptr) {
+        bound.def_prop_ro(name, get, field.kHelp);
+      } else {
+        bound.def_prop_ro(name, get);
+      }
     });
     bound.def("__repr__", [*this](nb::handle self) { return repr(self); });
     // For pickle and copy.

@@ -13,25 +13,25 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "keywords.hpp"
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
+#include "mesh_tools/triangle_meeting.hpp"
 #include "owned_arrays.hpp"
 #include "program.hpp"
-#include "scenes/triangle_meeting.hpp"
 
 namespace softcd::python {
 namespace {
 
 nb::tuple read_mesh(const std::filesystem::path& path) {
-  demo::Mesh mesh;
+  mesh_tools::Mesh mesh;
   {
     const nb::gil_scoped_release no_interpreter;
-    mesh = demo::read_mesh(path);
+    mesh = mesh_tools::read_mesh(path);
   }
   return nb::make_tuple(own<double, 3>(std::move(mesh.positions)), own<std::uint32_t, 3>(std::move(mesh.triangles)));
 }
 
 void write_mesh(const std::filesystem::path& path, nb::handle vertices, nb::handle triangles) {
-  const demo::Mesh mesh{read_points("vertices", vertices), read_triangles("triangles", triangles)};
+  const mesh_tools::Mesh mesh{read_points("vertices", vertices), read_triangles("triangles", triangles)};
   const nb::gil_scoped_release no_interpreter;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (const std::uint32_t vertex : mesh.triangles[t].v) {
@@ -40,7 +40,7 @@ void write_mesh(const std::filesystem::path& path, nb::handle vertices, nb::hand
                                      mesh.positions.size()));
     }
   }
-  demo::write_mesh(path, mesh);
+  mesh_tools::write_mesh(path, mesh);
 }
 
 using Doubles = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
@@ -48,8 +48,8 @@ using TriangleIndices = nb::ndarray<const std::uint32_t, nb::shape<-1, 3>, nb::c
 using Begins = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Indices = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-demo::Face face_of(const Doubles& vertices, const TriangleIndices& triangles, std::size_t t) {
-  demo::Face face{};
+mesh_tools::Face face_of(const Doubles& vertices, const TriangleIndices& triangles, std::size_t t) {
+  mesh_tools::Face face{};
   for (std::size_t i = 0; i < 3; ++i) {
     const std::uint32_t v = triangles(t, i);
     if (v >= vertices.shape(0)) throw InvalidInput("triangles: an index has no vertex");
@@ -68,15 +68,15 @@ nb::object intersecting_pairs(const Doubles& vertices, const TriangleIndices& tr
   {
     const nb::gil_scoped_release no_interpreter;
     for (std::size_t i = 0; i < count; ++i) {
-      const demo::Face a = face_of(vertices, triangles, first + i);
+      const mesh_tools::Face a = face_of(vertices, triangles, first + i);
       for (std::int64_t j = begins(i); j < begins(i + 1); ++j) {
         if (j < 0 || static_cast<std::size_t>(j) >= candidates.shape(0))
           throw InvalidInput("begins: not in candidates");
         const std::uint32_t other = candidates(static_cast<std::size_t>(j));
         if (other <= first + i) continue;
         if (other >= triangles.shape(0)) throw InvalidInput("candidates: an index has no triangle");
-        const demo::Face b = face_of(vertices, triangles, other);
-        if (demo::meeting_of(a, b) == demo::Meeting::apart) continue;
+        const mesh_tools::Face b = face_of(vertices, triangles, other);
+        if (mesh_tools::meeting_of(a, b) == mesh_tools::Meeting::apart) continue;
         pairs.push_back({static_cast<std::uint32_t>(first + i), other});
       }
     }

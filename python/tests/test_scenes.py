@@ -243,7 +243,7 @@ def test_reprs_can_be_read():
     assert "cell_size_factor=1.5" in repr(query)
     query.detect()
     assert "vt_contacts=1" in repr(query.statistics) and "ms=StageTimes(total=" in repr(query.statistics)
-    assert repr(query.explain()[0]).startswith("StageReport(stage='backend: cpu', ran=True, reason='")
+    assert repr(query.explain()[0]).startswith("StageReport(stage=DetectionStage.backend, ran=True, reason='cpu: ")
     settings = {"detection": softcd.Detection.ccd}
     assert eval(repr(softcd.QueryOptions(**settings)), vars(softcd)) == softcd.QueryOptions(**settings)
 

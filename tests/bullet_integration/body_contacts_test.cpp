@@ -30,7 +30,7 @@ bullet::Settings reading(ReadOut read_out = ReadOut::contacts, Detection detecti
 }
 
 class BodyContacts : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, BodyContacts, kWorlds, world_name);
+INSTANTIATE_TEST_SUITE_P(Worlds, BodyContacts, kWorldsOfRun, world_name);
 
 class ClassicBodyContacts : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ClassicBodyContacts,

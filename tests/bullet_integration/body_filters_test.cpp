@@ -31,7 +31,7 @@ class BodyFilter : public testing::TestWithParam<World> {
     return settings;
   }
 };
-INSTANTIATE_TEST_SUITE_P(Worlds, BodyFilter, kWorlds, world_name);
+INSTANTIATE_TEST_SUITE_P(Worlds, BodyFilter, kWorldsOfRun, world_name);
 
 /// Two sheets within each other's margins.
 struct NearSheets {

@@ -262,7 +262,7 @@ TEST(ContactEconomy, is_explained) {
   Still all(settings_choosing(Contacts::all));
   build(all, "nodes over corners", 1);
   all.step();
-  EXPECT_EQ(last_line(all).stage, "contact economy");
+  EXPECT_EQ(last_line(all).stage, DetectionStage::contact_economy);
   EXPECT_FALSE(last_line(all).ran);
   EXPECT_EQ(bullet::Settings().contacts, Contacts::automatic);
   Still chosen(settings_choosing(Contacts::closest_feature));

@@ -82,7 +82,7 @@ std::vector<Made> make_shapes() {
 }
 
 class ConvexKinds : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, ConvexKinds, kWorlds, world_name);
+INSTANTIATE_TEST_SUITE_P(Worlds, ConvexKinds, kWorldsOfRun, world_name);
 
 /// In the deformable world Bullet finds these contacts itself.
 class ConvexKindsInClassicWorlds : public testing::TestWithParam<World> {};

@@ -13,7 +13,7 @@ namespace softcd::test {
 namespace {
 
 class ConvexShapes : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, ConvexShapes, kWorlds, world_name);
+INSTANTIATE_TEST_SUITE_P(Worlds, ConvexShapes, kWorldsOfRun, world_name);
 
 class ConvexShapesInClassicWorlds : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ConvexShapesInClassicWorlds, kClassicWorlds, world_name);

@@ -30,7 +30,7 @@ bool names_gone_leaves(const btSoftBody& body) {
 }
 
 class FaceLeaves : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, FaceLeaves, kWorlds, world_name);
+INSTANTIATE_TEST_SUITE_P(Worlds, FaceLeaves, kWorldsOfRun, world_name);
 
 TEST_P(FaceLeaves, of_trees_that_are_gone_are_named_by_no_face) {
   if (GetParam() == World::dispatcher) GTEST_SKIP() << "Bullet's build of a face tree never ends where links are cut";

@@ -83,7 +83,7 @@ TEST_P(ReusedAddressInClassicWorlds, leads_to_the_same_motion) {
   EXPECT_EQ(std::memcmp(x.data(), x_again.data(), x.size() * sizeof(btVector3)), 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Worlds, ReusedAddress, kWorlds, world_name);
+INSTANTIATE_TEST_SUITE_P(Worlds, ReusedAddress, kWorldsOfRun, world_name);
 
 TEST_P(ReusedAddress, has_no_filters_of_the_body_before) {
   simulation.add(sheet(0, /*fixed=*/true));

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
-#include "scenes/exact_intersection.hpp"
+#include "mesh_tools/exact_intersection.hpp"
 #include "scenes/vectors.hpp"
 
 namespace softcd::test {
@@ -38,8 +38,8 @@ inline std::size_t count_edges_in(const RigidTriangles& of_edges, const RigidTri
       const btVector3& b = corners[(i + 1) % 3];
       count += std::any_of(faces.begin(), faces.end(), [&](const std::array<btVector3, 3>& face) {
         return !are_apart(a, b, face) &&
-               demo::intersects(demo::to_vec3d(a), demo::to_vec3d(b),
-                                {demo::to_vec3d(face[0]), demo::to_vec3d(face[1]), demo::to_vec3d(face[2])});
+               mesh_tools::intersects(demo::to_vec3d(a), demo::to_vec3d(b),
+                                      {demo::to_vec3d(face[0]), demo::to_vec3d(face[1]), demo::to_vec3d(face[2])});
       });
     }
   }

@@ -148,7 +148,7 @@ std::string name_of_kind(Kind kind) {
 const auto kKinds = testing::Values(Kind::bvh, Kind::scaled, Kind::gimpact, Kind::terrain, Kind::compound);
 
 class RigidMeshes : public testing::TestWithParam<std::tuple<World, Kind>> {};
-INSTANTIATE_TEST_SUITE_P(Grounds, RigidMeshes, testing::Combine(kWorlds, kKinds), [](const auto& parameter) {
+INSTANTIATE_TEST_SUITE_P(Grounds, RigidMeshes, testing::Combine(kWorldsOfRun, kKinds), [](const auto& parameter) {
   return name_of(std::get<0>(parameter.param)) + "_" + name_of_kind(std::get<1>(parameter.param));
 });
 
@@ -172,7 +172,7 @@ TEST_P(RigidMeshes, are_bullets_again_when_asked) {
 }
 
 class RigidMeshWorlds : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, RigidMeshWorlds, kWorlds, world_name);
+INSTANTIATE_TEST_SUITE_P(Worlds, RigidMeshWorlds, kWorldsOfRun, world_name);
 
 TEST_P(RigidMeshWorlds, nothing_passes_through_a_thin_ground_at_60_metres_per_second) {
   MadeGround made = make_ground(Kind::bvh);

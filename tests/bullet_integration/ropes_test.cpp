@@ -12,7 +12,7 @@
 #include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
 #include "any_simulation.hpp"
-#include "scenes/exact_intersection.hpp"
+#include "mesh_tools/exact_intersection.hpp"
 #include "scenes/vectors.hpp"
 
 namespace softcd::test {
@@ -65,7 +65,7 @@ std::optional<btVector3> crossing(const btSoftBody& rope, int axis) {
 }
 
 class Ropes : public testing::TestWithParam<World> {};
-INSTANTIATE_TEST_SUITE_P(Worlds, Ropes, kWorlds, world_name);
+INSTANTIATE_TEST_SUITE_P(Worlds, Ropes, kWorldsOfRun, world_name);
 
 /// Two ropes of seven links, the middle ones across each other, of which the upper one falls, or is thrown, upon the
 /// lower one. The least height of the upper one above the lower one in so many steps, before its ends have swung round.
@@ -189,7 +189,7 @@ int count_intersections(const btSoftBody& rope, const btSoftBody& cloth) {
     for (int f = 0; f < cloth.m_faces.size(); ++f) {
       const btSoftBody::Face& face = cloth.m_faces[f];
       const std::array<Vec3d, 3> corners = {point(face.m_n[0]), point(face.m_n[1]), point(face.m_n[2])};
-      count += demo::intersects(point(rope.m_links[i].m_n[0]), point(rope.m_links[i].m_n[1]), corners) ? 1 : 0;
+      count += mesh_tools::intersects(point(rope.m_links[i].m_n[0]), point(rope.m_links[i].m_n[1]), corners) ? 1 : 0;
     }
   }
   return count;

@@ -85,16 +85,18 @@ TEST(Settings, are_shown_as_json_with_their_words_and_presets) {
   EXPECT_EQ(all.find("on_error"), std::string::npos);
 }
 
-TEST(Settings, all_of_clients_are_documented_in_python) {
-  std::ifstream source(SOFTCD_SOURCE_DIR "/python/softcd/bullet.py");
+TEST(Settings, all_of_clients_have_types_in_python) {
+  std::ifstream source(SOFTCD_SOURCE_DIR "/python/softcd/_bullet_settings.py");
   const std::string text{std::istreambuf_iterator<char>(source), {}};
   for_each_field<Settings>([&](auto field) {
     using Value = typename decltype(field)::Value;
     if (!pybullet::is_for_clients(field.kName)) return;
-    EXPECT_NE(text.find(std::string(" ") + field.kName), std::string::npos) << field.kName;
+    const std::size_t place = text.find(std::string("\n    ") + field.kName + ": ");
+    ASSERT_NE(place, std::string::npos) << field.kName;
+    const std::string type = text.substr(place, text.find('\n', place + 1) - place);
     if constexpr (std::is_enum_v<Value>) {
       for (const char* value : kEnumerators<Value>) {
-        EXPECT_NE(text.find(std::string("\"") + value + "\""), std::string::npos) << field.kName << " " << value;
+        EXPECT_NE(type.find(std::string("\"") + value + "\""), std::string::npos) << field.kName << " " << value;
       }
     }
   });

@@ -9,7 +9,7 @@
 #include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
 #include "BulletSoftBody/btSoftBodyHelpers.h"
-#include "scenes/exact_intersection.hpp"
+#include "mesh_tools/exact_intersection.hpp"
 #include "scenes/penetration.hpp"
 #include "scenes/vectors.hpp"
 #include "softcd/bullet/world_probe.hpp"
@@ -67,7 +67,7 @@ bool is_through(const btSoftBody& rope, const btSoftBody& body) {
     const btVector3& q = rope.m_links[l].m_n[1]->m_x;
     for (int f = 0; f < body.m_faces.size(); ++f) {
       const auto corner = [&](int i) { return demo::to_vec3d(body.m_faces[f].m_n[i]->m_x); };
-      if (demo::intersects(demo::to_vec3d(p), demo::to_vec3d(q), {corner(0), corner(1), corner(2)})) return true;
+      if (mesh_tools::intersects(demo::to_vec3d(p), demo::to_vec3d(q), {corner(0), corner(1), corner(2)})) return true;
     }
   }
   return false;

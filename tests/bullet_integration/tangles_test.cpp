@@ -10,8 +10,8 @@
 #include <numeric>
 #include <string>
 
+#include "mesh_tools/exact_intersection.hpp"
 #include "random.hpp"
-#include "scenes/exact_intersection.hpp"
 #include "scenes/penetration.hpp"
 #include "soft_body_steps.hpp"
 #include "soft_body_support.hpp"
@@ -41,7 +41,7 @@ std::array<Vec3d, 3> corners_of(const Positions3& x, const Triangle& triangle) {
 /// Returns whether triangles intersect or touch, exactly.
 bool intersect(const std::array<Vec3d, 3>& a, const std::array<Vec3d, 3>& b) {
   for (std::size_t i = 0; i < 3; ++i) {
-    if (demo::intersects(a[i], a[(i + 1) % 3], b) || demo::intersects(b[i], b[(i + 1) % 3], a)) return true;
+    if (mesh_tools::intersects(a[i], a[(i + 1) % 3], b) || mesh_tools::intersects(b[i], b[(i + 1) % 3], a)) return true;
   }
   return false;
 }

@@ -20,8 +20,8 @@
 #include "BulletCollision/CollisionShapes/btCylinderShape.h"
 #include "BulletCollision/CollisionShapes/btSphereShape.h"
 #include "BulletSoftBody/btSoftBodyHelpers.h"
+#include "mesh_tools/exact_intersection.hpp"
 #include "reference_distance.hpp"
-#include "scenes/exact_intersection.hpp"
 #include "scenes/vectors.hpp"
 #include "softcd/mesh/features.hpp"
 #include "world_probes.hpp"
@@ -58,7 +58,8 @@ std::vector<Corners> corners_of(const btSoftBody& body) {
 }
 
 bool has_side_through(const Corners& a, const Corners& b) {
-  return demo::intersects(a[0], a[1], b) || demo::intersects(a[1], a[2], b) || demo::intersects(a[2], a[0], b);
+  return mesh_tools::intersects(a[0], a[1], b) || mesh_tools::intersects(a[1], a[2], b) ||
+         mesh_tools::intersects(a[2], a[0], b);
 }
 
 using FacePairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
@@ -223,8 +224,9 @@ TEST_P(WorldQuestions, shapes_overlap_the_faces_that_they_reach) {
     expect_found(
         found_of(in_capsules[i]),
         [&](const Corners& x) {
-          return demo::intersects(capsule.from, capsule.to, x) ? 0.0
-                                                               : distance_of({capsule.from, capsule.to, capsule.to}, x);
+          return mesh_tools::intersects(capsule.from, capsule.to, x)
+                     ? 0.0
+                     : distance_of({capsule.from, capsule.to, capsule.to}, x);
         },
         capsule.radius);
   }

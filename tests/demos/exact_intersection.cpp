@@ -1,4 +1,4 @@
-#include "scenes/exact_intersection.hpp"
+#include "mesh_tools/exact_intersection.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace softcd::test {
 namespace {
 
-using demo::intersects;
+using mesh_tools::intersects;
 using Triangle3 = std::array<Vec3d, 3>;
 
 constexpr Triangle3 kTriangle = {{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}};

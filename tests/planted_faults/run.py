@@ -27,6 +27,7 @@ RESULTS = WORK / "results.json"
 HEADER = "kernels/include/softcd/planted_fault.hpp"
 # The labels that the stages `proofs` and `tests` of .ci/run choose by.
 CHOSEN = ["-L", "proof"] if PROOFS else ["-LE", "repetition|slow|gpu|proof"]
+os.environ["SOFTCD_FEW_WORLDS"] = "1"  # as the stage `tests`
 MEMORY = 8 << 30  # bytes of addresses that a test may have; a fault can make lists grow without end
 
 # A constant expression has no fault. The variable is 0 until it is initialized.

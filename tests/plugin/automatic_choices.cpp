@@ -11,10 +11,10 @@
 namespace softcd::test {
 namespace {
 
-bool ran(const Outcome& outcome, const std::string& stage) {
+bool ran(const Outcome& outcome, DetectionStage stage) {
   const auto line = std::find_if(outcome.report.begin(), outcome.report.end(),
                                  [&](const StageReport& entry) { return entry.stage == stage; });
-  EXPECT_NE(line, outcome.report.end()) << "no line about " << stage;
+  EXPECT_NE(line, outcome.report.end()) << "no line about " << name_of(stage);
   return line != outcome.report.end() && line->ran;
 }
 
@@ -70,7 +70,8 @@ std::vector<Contact> contacts_of(const Scene& scene, const PipelineOptions& opti
   const Span<const Contact> contacts = loaded.pipeline.detect();
   const std::vector<StageReport> report = loaded.pipeline.query.explain();
   const auto is_chosen = [&](const StageReport& line) {
-    return line.stage == (options.accuracy == Accuracy::conservative ? "accuracy: conservative" : "accuracy: precise");
+    const char* const name = options.accuracy == Accuracy::conservative ? "conservative: " : "precise: ";
+    return line.stage == DetectionStage::accuracy && line.reason.rfind(name, 0) == 0;
   };
   EXPECT_TRUE(options.accuracy == Accuracy::automatic || std::any_of(report.begin(), report.end(), is_chosen));
   return {contacts.begin(), contacts.end()};
@@ -129,8 +130,8 @@ TEST_P(AutomaticChoices, nothing_is_swept_where_nothing_moves) {
     const Outcome swept = outcome_of(with_a_mover(two_soups(margin)), options);
     EXPECT_FALSE(at_rest.contacts.empty());
     EXPECT_TRUE(identical(at_rest.contacts, swept.contacts));
-    EXPECT_FALSE(ran(at_rest, "swept volumes"));
-    EXPECT_TRUE(ran(swept, "swept volumes"));
+    EXPECT_FALSE(ran(at_rest, DetectionStage::swept_volumes));
+    EXPECT_TRUE(ran(swept, DetectionStage::swept_volumes));
     EXPECT_LT(at_rest.statistics.peak_bytes, swept.statistics.peak_bytes) << "volumes of the step's ends are kept";
 
     options.detection = Detection::dcd;
@@ -174,7 +175,7 @@ TEST(AutomaticChoices, no_edges_without_a_consumer) {
     EXPECT_FALSE(vertices.contacts.empty());
     EXPECT_EQ(vertices.statistics.ee_candidates, 0U);
     EXPECT_GT(both.statistics.ee_candidates, 0U);
-    EXPECT_FALSE(ran(vertices, "edge-edge tests"));
+    EXPECT_FALSE(ran(vertices, DetectionStage::edge_edge_tests));
   }
 }
 
@@ -185,7 +186,7 @@ TEST(AutomaticChoices, no_edges_where_only_one_side_wants_them) {
   const Outcome outcome = outcome_of(scene, test_options(Detection::dcd));
   EXPECT_FALSE(outcome.contacts.empty());
   EXPECT_EQ(outcome.statistics.ee_candidates, 0U);
-  EXPECT_FALSE(ran(outcome, "edge-edge tests"));
+  EXPECT_FALSE(ran(outcome, DetectionStage::edge_edge_tests));
 }
 
 TEST(AutomaticChoices, no_pairs_within_bodies_without_self_collision) {
@@ -198,7 +199,7 @@ TEST(AutomaticChoices, no_pairs_within_bodies_without_self_collision) {
   EXPECT_LT(without.statistics.triangle_pairs, with_self.statistics.triangle_pairs);
 
   const Outcome alone = outcome_of({scene[0]}, test_options(Detection::dcd));
-  EXPECT_FALSE(ran(alone, "detection"));
+  EXPECT_FALSE(ran(alone, DetectionStage::broad_phase));
   EXPECT_EQ(alone.statistics.entries, 0U);
   EXPECT_EQ(alone.statistics.peak_bytes, 0U) << "something was computed";
 }
@@ -207,7 +208,7 @@ TEST(AutomaticChoices, static_bodies_are_never_compared) {
   Scene scene = two_soups();
   for (SceneBody& body : scene) body.settings.kinematic = true;
   const Outcome only_static = outcome_of(scene, test_options(Detection::dcd));
-  EXPECT_FALSE(ran(only_static, "detection"));
+  EXPECT_FALSE(ran(only_static, DetectionStage::broad_phase));
   EXPECT_EQ(only_static.statistics.entries, 0U);
   EXPECT_TRUE(only_static.contacts.empty());
 
@@ -236,7 +237,7 @@ TEST(AutomaticChoices, triangles_of_one_size_are_not_split) {
     for (const Scene& scene : {even, uneven}) {
       PipelineOptions options = test_options(detection);
       const Outcome outcome = outcome_of(scene, options);
-      EXPECT_EQ(ran(outcome, "virtual subdivision"), scene.size() == 3);
+      EXPECT_EQ(ran(outcome, DetectionStage::virtual_subdivision), scene.size() == 3);
       EXPECT_EQ(outcome.statistics.children > 0, scene.size() == 3);
       options.subdivision = false;
       EXPECT_TRUE(identical(outcome.contacts, outcome_of(scene, options).contacts));
@@ -255,7 +256,7 @@ TEST(AutomaticChoices, a_triangle_is_not_split_where_tests_against_all_cost_less
       const Outcome outcome = outcome_of(scene, options);
       EXPECT_EQ(outcome.statistics.split_triangles, 1U);
       EXPECT_EQ(outcome.statistics.big_triangles, scene.size() - 3);
-      EXPECT_EQ(ran(outcome, "tests against all"), scene.size() == 4);
+      EXPECT_EQ(ran(outcome, DetectionStage::tests_against_all), scene.size() == 4);
       options.broad_phase = BroadPhase::uniform;
       EXPECT_TRUE(identical(outcome.contacts, outcome_of(scene, options).contacts));
       EXPECT_FALSE(outcome.contacts.empty());
@@ -271,7 +272,8 @@ TEST(AutomaticChoices, small_scenes_stay_on_the_cpu) {
   options.backend = Backend::automatic;
   const Outcome automatic = outcome_of(little, options);
   EXPECT_EQ(automatic.statistics.backend, Backend::cpu);
-  EXPECT_TRUE(ran(automatic, "backend: cpu"));
+  EXPECT_EQ(automatic.report.front().stage, DetectionStage::backend);
+  EXPECT_EQ(automatic.report.front().reason.rfind("cpu: ", 0), 0U) << automatic.report.front().reason;
   EXPECT_TRUE(identical(automatic.contacts, expected.contacts));
 }
 

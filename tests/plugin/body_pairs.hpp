@@ -5,8 +5,8 @@
 #include <tuple>
 #include <vector>
 
+#include "mesh_tools/exact_intersection.hpp"
 #include "probing.hpp"
-#include "scenes/exact_intersection.hpp"
 #include "softcd/mesh/features.hpp"
 
 /// Finds intersecting triangles by a rational segment-triangle test that shares no code with the detector.
@@ -22,7 +22,7 @@ inline bool has_side_through(const TriangleCorners& a, const Triangle& vertices_
     if (are_of_one_mesh && (has_vertex(vertices_b, vertices_a.v[i]) || has_vertex(vertices_b, vertices_a.v[next]))) {
       continue;
     }
-    if (demo::intersects(a[i], a[next], b)) return true;
+    if (mesh_tools::intersects(a[i], a[next], b)) return true;
   }
   return false;
 }

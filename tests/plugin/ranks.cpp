@@ -161,7 +161,7 @@ TEST(Ranks, have_about_as_many_tests_each_once_they_know_where_these_are) {
     }
     const std::vector<StageReport> report = part.query().explain();
     EXPECT_TRUE(std::any_of(report.begin(), report.end(), [](const StageReport& stage) {
-      return stage.stage == "ranks" && stage.ran && stage.reason.find("of 4 made 2") != std::string::npos;
+      return stage.stage == DetectionStage::ranks && stage.ran && stage.reason.find("of 4 made 2") != std::string::npos;
     }));
   }));
   const auto most = [](const auto& counts) { return std::max_element(std::begin(counts), std::end(counts))->load(); };
@@ -401,8 +401,9 @@ TEST(Ranks, on_several_gpus_leave_small_scenes_to_one) {
     EXPECT_EQ(part.query().detect().size(), rank.rank() == 0 ? expected.size() : 0U);
     EXPECT_TRUE(identical(expected, part.query().gather_contacts()));
     const std::vector<StageReport> report = part.query().explain();
-    EXPECT_TRUE(std::any_of(report.begin(), report.end(),
-                            [](const StageReport& stage) { return stage.stage == "ranks" && !stage.ran; }));
+    EXPECT_TRUE(std::any_of(report.begin(), report.end(), [](const StageReport& stage) {
+      return stage.stage == DetectionStage::ranks && !stage.ran;
+    }));
   }));
 }
 

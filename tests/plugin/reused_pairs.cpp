@@ -2,124 +2,18 @@
 
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <utility>
 #include <vector>
 
-#include "expectations.hpp"
 #include "fans.hpp"
 #include "mesh_generators.hpp"
 #include "random.hpp"
-#include "scene_parts.hpp"
+#include "watched.hpp"
 
 // Pairs of triangles that one detection finds serve later ones, which find the same contacts as detections of their
 // own.
 namespace softcd::test {
 namespace {
-
-/// Returns the contacts of a scene's first detection.
-std::vector<Contact> detect_anew(const Scene& bodies, const QueryOptions& options, const PairFilter& filter) {
-  softcd::Scene scene(scene_options());
-  for (const SceneBody& body : bodies) scene.set_positions(scene.add_body(desc_of(body)), body.x_t0, body.x_t1);
-  Query query(scene, options);
-  query.set_pair_filter(filter);
-  std::vector<Contact> contacts = copy_of(query.detect());
-  EXPECT_FALSE(query.statistics().reused_pairs);
-  return contacts;
-}
-
-/// A scene, and queries that keep their pairs.
-class Watched {
- public:
-  explicit Watched(Scene bodies) : bodies_(std::move(bodies)) {
-    for (const SceneBody& body : bodies_) add(body);
-  }
-
-  Query& query(const QueryOptions& options) {
-    queries_.push_back(std::make_unique<Query>(*scene_, options));
-    return *queries_.back();
-  }
-
-  softcd::Scene& scene() { return *scene_; }
-  SceneBody& body(std::size_t i) { return bodies_[i]; }
-  BodyId id(std::size_t i) const { return ids_[i]; }
-  std::size_t size() const { return bodies_.size(); }
-
-  /// Sets the body's present positions.
-  void move(std::size_t i) { scene_->set_positions(ids_[i], bodies_[i].x_t0, bodies_[i].x_t1); }
-  void move_all() {
-    for (std::size_t i = 0; i < bodies_.size(); ++i) move(i);
-  }
-  void set_settings(std::size_t i) { scene_->set_settings(ids_[i], bodies_[i].settings); }
-  void update(std::size_t i) {
-    scene_->update_body(ids_[i], desc_of(bodies_[i]));
-    move(i);
-  }
-  void replace_last(const SceneBody& body) {
-    scene_->remove_body(ids_.back());
-    ids_.pop_back();
-    bodies_.back() = body;
-    add(body);
-  }
-
-  /// Expects a query's contacts to be those of a new scene. Returns their number.
-  std::size_t expect_contacts(Query& query, const PairFilter& filter = {}) {
-    query.set_pair_filter(filter);
-    const Span<const Contact> found = query.detect();
-    const std::vector<Contact> expected = detect_anew(bodies_, query.options(), filter_by_place(filter));
-    // Ids differ where bodies were removed.
-    const std::vector<FeaturePair> places = places_of(found);
-    EXPECT_EQ(places, features_of(expected));
-    EXPECT_TRUE(ids_.back().value + 1 > ids_.size() || identical(expected, found));
-    return expected.size();
-  }
-
- private:
-  void add(const SceneBody& body) {
-    ids_.push_back(scene_->add_body(desc_of(body)));
-    scene_->set_positions(ids_.back(), body.x_t0, body.x_t1);
-  }
-  std::uint32_t place_of(std::uint32_t id) const {
-    std::uint32_t place = 0;
-    while (ids_[place].value != id) ++place;
-    return place;
-  }
-  PairFilter filter_by_place(const PairFilter& filter) const {
-    if (!filter) return {};
-    return [&](BodyId a, BodyId b) { return filter(ids_[a.value], ids_[b.value]); };
-  }
-  std::vector<FeaturePair> places_of(Span<const Contact> contacts) const {
-    std::vector<FeaturePair> places = features_of(contacts);
-    for (FeaturePair& pair : places) {
-      pair.body_a = place_of(pair.body_a);
-      pair.body_b = place_of(pair.body_b);
-    }
-    return places;
-  }
-
-  Scene bodies_;
-  std::unique_ptr<softcd::Scene> scene_ = std::make_unique<softcd::Scene>(scene_options());
-  std::vector<BodyId> ids_;
-  std::vector<std::unique_ptr<Query>> queries_;
-};
-
-/// Returns the first of equal detections that kept pairs serve. The first one keeps nothing, the second keeps volumes,
-/// and the third finds that they still hold. It keeps its pairs, where counts are known at once; else the next one
-/// does.
-int first_served() {
-  return backend_under_test() == Backend::cpu ? 3 : 4;
-}
-
-SceneBody cloth(double height, std::uint64_t seed, float margin = 0.05F) {
-  Mesh mesh = crumpled_cloth(12, 10, 0.2, 0.15, seed);
-  mesh.positions = translated(mesh.positions, {0.0, 0.0, height});
-  snap_to_grid(mesh.positions, 17);
-  return still(mesh, everything(margin));
-}
-
-Scene two_cloths() {
-  return {cloth(0.0, 1), cloth(0.1, 2)};
-}
 
 TEST(ReusedPairs, serve_a_scene_that_rests) {
   for (const Detection detection : {Detection::dcd, Detection::ccd}) {
@@ -175,7 +69,8 @@ TEST(ReusedPairs, are_tested_instead_of_cells) {
   EXPECT_GE(reused.tests, reused.triangle_pairs);
   EXPECT_LT(reused.tests, 16 * fresh.triangle_pairs);
   bool is_explained = false;
-  for (const StageReport& report : query.explain()) is_explained |= report.stage == "broad phase" && !report.ran;
+  for (const StageReport& report : query.explain())
+    is_explained |= report.stage == DetectionStage::broad_phase && !report.ran;
   EXPECT_TRUE(is_explained);
 }
 
@@ -192,124 +87,6 @@ TEST(ReusedPairs, cost_no_memory_before_they_pay) {
     EXPECT_FALSE(other.statistics().reused_pairs);
   }
   EXPECT_EQ(keeping.statistics().peak_bytes, other.statistics().peak_bytes);
-}
-
-/// Makes detections until all pairs are kept.
-void rest(Watched& watched, Query& query) {
-  for (int look = 0; look < 5; ++look) watched.expect_contacts(query);
-  ASSERT_TRUE(query.statistics().reused_pairs);
-}
-
-/// Returns two sheets beside each other, out of each other's reach until a test changes that.
-Scene apart() {
-  Mesh left = grid_cloth(6, 6, 1.0);
-  Mesh right = left;
-  right.positions = translated(right.positions, {0.0, 0.0, 0.5});
-  return {still(left, everything(0.1F)), still(right, everything(0.1F))};
-}
-
-TEST(ReusedPairs, are_not_all_there_are_where_a_triangle_has_left_its_volume_on_any_axis) {
-  const std::vector<Vec3d> ways = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  std::size_t count = 0;
-  int reused = 0;
-  for (const Vec3d& way : ways) {
-    for (const double distance : {1e-5, 0.3, 0.45}) {
-      Watched watched(apart());
-      Query& query = watched.query(looking_for(Detection::ccd));
-      rest(watched, query);
-      Vec3d& moved = watched.body(1).x_t1[14];
-      moved = moved + distance * way;
-      watched.move(1);
-      for (int look = 0; look < 2; ++look) {
-        count += watched.expect_contacts(query);
-        reused += query.statistics().reused_pairs ? 1 : 0;
-      }
-    }
-  }
-  EXPECT_GT(count, 0U);
-  EXPECT_GT(reused, 24);  // not where the bodies come within each other's reach
-}
-
-TEST(ReusedPairs, are_found_anew_where_many_triangles_escape) {
-  Watched watched(two_cloths());
-  Query& query = watched.query(looking_for(Detection::ccd));
-  rest(watched, query);
-  for (std::size_t vertex = 0; vertex < 60; ++vertex) watched.body(0).x_t1[vertex].z += 0.3;
-  watched.move(0);
-  EXPECT_GT(watched.expect_contacts(query), 100U);
-  EXPECT_FALSE(query.statistics().reused_pairs);
-}
-
-// More triangles escape than are looked up, but few of all.
-TEST(ReusedPairs, are_found_anew_where_many_triangles_of_a_large_scene_escape) {
-  const Mesh lower = grid_cloth(52, 52, 0.2);
-  Mesh upper = lower;
-  upper.positions = translated(upper.positions, {0.05, 0.03, 0.03});
-  Watched watched({still(lower, everything(0.02F)), still(upper, everything(0.02F))});
-  Query& query = watched.query(looking_for(Detection::dcd));
-  rest(watched, query);
-  for (std::size_t vertex = 3; vertex < 2500; vertex += 19) watched.body(1).x_t1[vertex].z -= 0.2;
-  watched.move(1);
-  EXPECT_GT(watched.expect_contacts(query), 300U);
-  EXPECT_FALSE(query.statistics().reused_pairs);
-}
-
-// Escaped triangles become as large as the scene. They have more pairs than any detection before.
-TEST(ReusedPairs, of_escaped_triangles_may_be_more_than_lists_hold) {
-  Mesh scraps;
-  for (std::uint32_t i = 0; i < 36; ++i) {
-    const double x = 0.1 * i;
-    scraps.positions.insert(scraps.positions.end(), {{x, 0.0, 0.5}, {x + 0.05, 0.0, 0.5}, {x, 0.05, 0.5}});
-    scraps.triangles.push_back({{3 * i, 3 * i + 1, 3 * i + 2}});
-  }
-  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    Watched watched({still(grid_cloth(15, 15, 0.3), everything(0.02F)), still(scraps, everything(0.6F))});
-    Query& query = watched.query(looking_for(detection));
-    rest(watched, query);
-    const std::uint64_t before = query.statistics().triangle_pairs;
-    Positions3& x = watched.body(1).x_t1;
-    for (std::size_t i = 0; i < x.size(); i += 3) {
-      x[i] = {-3.0, -3.0, 0.1};
-      x[i + 1] = {9.0, -3.0, 0.1};
-      x[i + 2] = {-3.0, 9.0, 0.1};
-    }
-    watched.move(1);
-    EXPECT_GT(watched.expect_contacts(query), 1000U);
-    EXPECT_TRUE(query.statistics().reused_pairs);
-    EXPECT_GT(query.statistics().triangle_pairs, 8000 + before);
-  }
-}
-
-// In each step a few vertices of both bodies go far away from where their triangles were kept. Some go on from there,
-// some return, and some meet a vertex of the other body that also moves.
-TEST(ReusedPairs, serve_while_a_few_triangles_escape_for_long) {
-  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
-    const Scene start = two_cloths();
-    Watched watched(start);
-    Query& query = watched.query(looking_for(detection));
-    rest(watched, query);
-    Random random(7);
-    int reused = 0;
-    std::vector<std::size_t> away;
-    for (int step = 0; step < 250; ++step) {
-      for (std::size_t i = 0; i < 2; ++i) watched.body(i).x_t0 = watched.body(i).x_t1;
-      if (away.size() >= 5) {  // the first comes back
-        for (std::size_t i = 0; i < 2; ++i) watched.body(i).x_t1[away.front()] = start[i].x_t1[away.front()];
-        away.erase(away.begin());
-      }
-      if (step % 2 == 0) away.push_back(random.below(static_cast<std::uint32_t>(start[0].x_t1.size())));
-      for (const std::size_t vertex : away) {
-        Vec3d& a = watched.body(0).x_t1[vertex];
-        Vec3d& b = watched.body(1).x_t1[vertex];
-        a = a + random.in_box(0.3);
-        if (random.below(2) == 0) b = a;
-      }
-      watched.move_all();
-      EXPECT_GT(watched.expect_contacts(query), 50U);
-      reused += query.statistics().reused_pairs ? 1 : 0;
-    }
-    EXPECT_GT(reused, 150);
-  }
 }
 
 /// Returns a place for a corner such that the 18-DOP of the triangle with a and b stays within that of a, b and c.

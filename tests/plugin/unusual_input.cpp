@@ -214,7 +214,7 @@ TEST(SmallInput, body_without_positions_is_left_out_and_named_once) {
   EXPECT_THAT(warnings, ElementsAre(HasSubstr("body 2 has no positions")));
   const std::vector<StageReport> report = loaded.pipeline.query.explain();
   EXPECT_TRUE(std::any_of(report.begin(), report.end(), [](const StageReport& line) {
-    return line.stage == "bodies without positions" && !line.ran && line.reason.rfind("1 ", 0) == 0;
+    return line.stage == DetectionStage::positions && !line.ran && line.reason.rfind("1 ", 0) == 0;
   }));
 }
 

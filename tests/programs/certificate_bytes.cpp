@@ -53,7 +53,7 @@ TEST(CertificateBytes, are_the_same_everywhere) {
   demo::CertifyOptions options;
   options.list = 1000;
   nlohmann::ordered_json certificate = nlohmann::ordered_json::parse(
-      text_of(demo::certify(options, Backend::cpu, {demo::MeshSequence(files)}, ignore, ignore)));
+      text_of(demo::certify(options, {.backend = Backend::cpu}, {demo::MeshSequence(files)}, ignore, ignore)));
   certificate.erase("softcd");
   EXPECT_GT(certificate.at("proved_steps"), 0);
   EXPECT_LT(certificate.at("proved_steps"), 5);

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "ground_truth.hpp"
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 #include "queries.hpp"
 #include "recorded_steps.hpp"
 #include "run_program.hpp"
@@ -351,7 +351,7 @@ TEST_F(Certify, lists_as_many_pairs_as_wanted) {
 }
 
 // Writes a mesh, and a vertex without triangles.
-std::string with_vertex(const demo::Mesh& mesh, const std::string& vertex) {
+std::string with_vertex(const mesh_tools::Mesh& mesh, const std::string& vertex) {
   std::string text;
   for (const Vec3d& x : mesh.positions) text += fmt::format("v {} {} {}\n", x.x, x.y, x.z);
   text += "v " + vertex + "\n";
@@ -364,7 +364,7 @@ TEST_F(Certify, finds_the_same_triangles_of_floats_and_of_doubles) {
   std::vector<std::string> floats;
   std::vector<std::string> doubles;
   for (const char* file : {"t0.ply", "t1.ply"}) {
-    const demo::Mesh mesh = demo::read_mesh(recorded_step_folder("n-body") / file);
+    const mesh_tools::Mesh mesh = mesh_tools::read_mesh(recorded_step_folder("n-body") / file);
     floats.push_back(with_vertex(mesh, "0.5 0.5 0.5"));
     doubles.push_back(with_vertex(mesh, "0.1 0.1 0.1"));
   }

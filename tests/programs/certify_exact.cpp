@@ -7,17 +7,17 @@
 
 #include "exact_motion.hpp"
 #include "mesh_sequence.hpp"
+#include "mesh_tools/triangle_meeting.hpp"
 #include "queries.hpp"
-#include "scenes/triangle_meeting.hpp"
 #include "sha256.hpp"
 
 namespace softcd::test {
 namespace {
 
 using demo::certainly_pass_through;
-using demo::Face;
-using demo::Meeting;
-using demo::meeting_of;
+using mesh_tools::Face;
+using mesh_tools::Meeting;
+using mesh_tools::meeting_of;
 
 bool passes_through(const Query& query, double nearby) {
   const auto& r = query.rows;

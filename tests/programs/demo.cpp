@@ -2,13 +2,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 #include "run_program.hpp"
+#include "softcd/fields/settings.hpp"
 #include "temporary_folder.hpp"
 
 namespace softcd::test {
@@ -63,6 +65,18 @@ TEST_F(Demo, lists_scenes_with_sizes_and_pictures) {
   EXPECT_THAT(result.output, HasSubstr("--size paper 455 balls = 145936 triangles"));
 }
 
+TEST_F(Demo, every_setting_has_a_flag_but_for_the_read_out) {
+  run_well("--help");
+  const std::string help = folder_.read("output");
+  for_each_field<bullet::Settings>([&](auto field) {
+    std::string flag = field.kName;
+    std::replace(flag.begin(), flag.end(), '_', '-');
+    const bool has_flag = help.find("--" + flag + " ") != std::string::npos;
+    const bool is_value = field.kHelp != nullptr;
+    EXPECT_EQ(has_flag, is_value && flag != "read-out") << flag;
+  });
+}
+
 TEST_F(Demo, runs_in_both_worlds) {
   for (const std::string world : {"soft", "deformable"}) {
     run_well("two-cloths --size 12 --world " + world + " --json " + folder_.file("json"));
@@ -88,12 +102,12 @@ TEST_F(Demo, does_not_attribute_bullets_own_time_to_softcd) {
 
 TEST_F(Demo, exports_meshes_that_can_be_read_back) {
   run_well("two-cloths --size 12 --export " + folder_.file("meshes"));
-  const demo::Mesh first = demo::read_mesh(folder_.file("meshes/frame-0000.ply"));
-  const demo::Mesh second = demo::read_mesh(folder_.file("meshes/frame-0001.ply"));
+  const mesh_tools::Mesh first = mesh_tools::read_mesh(folder_.file("meshes/frame-0000.ply"));
+  const mesh_tools::Mesh second = mesh_tools::read_mesh(folder_.file("meshes/frame-0001.ply"));
   EXPECT_FALSE(has("meshes/frame-0002.ply"));
   EXPECT_EQ(first.positions.size(), 2 * 144U);
   EXPECT_EQ(first.triangles.size(), 484U);
-  EXPECT_NO_THROW(demo::require_same_topology(first, "first", second, "second"));
+  EXPECT_NO_THROW(mesh_tools::require_same_topology(first, "first", second, "second"));
   // The lower cloth is held at its first corner, (-3, 3, -3); the upper one falls.
   EXPECT_EQ(first.positions[0].x, -3);
   EXPECT_EQ(first.positions[0].y, 3);
@@ -121,7 +135,7 @@ TEST_F(Demo, exports_one_step_as_two_frames) {
 TEST_F(Demo, exports_the_first_step) {
   run_well("two-cloths --size 12 --frame-steps 1 --export " + folder_.file("meshes") + " --export-step 1 " +
            folder_.file("step"));
-  const demo::Mesh t0 = demo::read_mesh(folder_.file("step/t0.ply"));
+  const mesh_tools::Mesh t0 = mesh_tools::read_mesh(folder_.file("step/t0.ply"));
   EXPECT_EQ(t0.positions[0].y, 3);
   EXPECT_EQ(folder_.read("step/t1.ply"), folder_.read("meshes/frame-0000.ply"));
 }
@@ -204,7 +218,7 @@ TEST_F(Demo, refuses_command_lines) {
   expect_refused("two-cloths --size 7", "'7' is neither 'paper' nor a number of nodes a side from 8 to");
   expect_refused("two-cloths --size large", "'large' is neither 'paper' nor a number");
   expect_refused("two-cloths --size paper", "two-cloths is not in the paper");
-  expect_refused("two-cloths --edges report", "'report' is not one of off, respond");
+  expect_refused("two-cloths --edge-contacts all", "'all' is not one of off, report, respond, auto");
   expect_refused("two-cloths --frame-steps 0", "--frame-steps");
   expect_refused("two-cloths --picture-size 640", "'640' is not WIDTHxHEIGHT with numbers from 16 to 8192");
   expect_refused("two-cloths --picture-size 640x", "'640x' is not WIDTHxHEIGHT");

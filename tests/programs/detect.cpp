@@ -16,6 +16,7 @@
 #include "ground_truth.hpp"
 #include "recorded_steps.hpp"
 #include "run_program.hpp"
+#include "softcd/fields/options.hpp"
 #include "temporary_folder.hpp"
 
 namespace softcd::test {
@@ -92,25 +93,66 @@ class Detect : public testing::Test {
 TEST_F(Detect, help_names_every_option) {
   const Result result = run("--help");
   EXPECT_EQ(result.exit_code, 0);
-  for (const char* option :
-       {"--backend", "--detection", "--features", "--accuracy", "--margin", "--cell-size-factor", "--subdivision",
-        "--broad-phase", "--memory-limit", "--contacts", "--json", "--repeat", "--intersections", "--coloured"}) {
+  for (const char* option : {"--backend", "--detection", "--vertex-triangle", "--accuracy", "--margin",
+                             "--cell-size-factor", "--subdivision", "--broad-phase", "--memory-limit", "--contacts",
+                             "--json", "--repeat", "--intersections", "--coloured"}) {
     EXPECT_THAT(result.output, HasSubstr(option));
   }
 }
 
+/// Returns a word for another value than the default.
+template <class Value>
+std::string other_word(const Value& value) {
+  if constexpr (std::is_enum_v<Value>) {
+    return kEnumerators<Value>[value == Value{1} ? 0 : 1];
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    return value ? "off" : "on";
+  } else {
+    return std::is_same_v<Value, std::uint64_t> ? "30000000" : "2";
+  }
+}
+
+TEST_F(Detect, every_option_of_the_library_has_a_flag_but_for_those_that_one_body_has_no_use_for) {
+  const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
+  std::vector<std::string> without_flag;
+  const auto expect_flags = [&]<class Options>(Options options) {
+    for_each_field<Options>([&](auto field) {
+      std::string flag = field.kName;
+      std::replace(flag.begin(), flag.end(), '_', '-');
+      using Value = typename decltype(field)::Value;
+      if constexpr (std::is_enum_v<Value> || std::is_arithmetic_v<Value>) {
+        const std::string word = other_word(field.of(options));
+        const char* const where = flag == "backend" ? "" : " --backend cpu";
+        const Result result =
+            run(fmt::format("{} --{} {} --json {}{}", frames, flag, word, folder_.file("figures.json"), where));
+        if (result.exit_code == 2) return without_flag.emplace_back(field.kName), void();
+        const auto value = nlohmann::json::parse(folder_.read("figures.json"))[field.kName];
+        std::string text = value.is_string() ? value.template get<std::string>() : value.dump();
+        if constexpr (std::is_same_v<Value, bool>) text = value.template get<bool>() ? "on" : "off";
+        EXPECT_EQ(text.substr(0, text.find('.')), word) << field.kName;
+      }
+    });
+  };
+  QueryOptions defaults;
+  defaults.detection = Detection::ccd;
+  expect_flags(SceneOptions());
+  expect_flags(defaults);
+  EXPECT_THAT(without_flag, ElementsAre("motion_margin", "step_end", "margins", "neighbour_filters", "reuse_pairs",
+                                        "contacts_on_device"));
+}
+
 TEST_F(Detect, finds_a_vertex_that_passes_through_a_triangle) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
-  EXPECT_THAT(contacts(frames + " --features vt"), ElementsAre(is_contact("vt,3,,0,1,2", 0.5F, 0.0F)));
-  EXPECT_THAT(contacts(frames + " --detection dcd --features vt"), IsEmpty());
-  EXPECT_THAT(contacts(frames + " --detection dcd --features vt --margin 0.5"),
+  EXPECT_THAT(contacts(frames + " --edge-edge off"), ElementsAre(is_contact("vt,3,,0,1,2", 0.5F, 0.0F)));
+  EXPECT_THAT(contacts(frames + " --detection dcd --edge-edge off"), IsEmpty());
+  EXPECT_THAT(contacts(frames + " --detection dcd --edge-edge off --margin 0.5"),
               ElementsAre(is_contact("vt,3,,0,1,2", 1.0F, 1.0F)));
-  EXPECT_THAT(contacts(frames + " --detection dcd --features vt --margin 0.499"), IsEmpty());
+  EXPECT_THAT(contacts(frames + " --detection dcd --edge-edge off --margin 0.499"), IsEmpty());
 }
 
 TEST_F(Detect, finds_edges_that_cross) {
   const std::string frames = folder_.write("t0.obj", kEdgesApart) + " " + folder_.write("t1.obj", kEdgesCrossed);
-  EXPECT_THAT(contacts(frames + " --features ee"), ElementsAre(is_contact("ee,0,1,3,4,", 0.5F, 0.0F)));
+  EXPECT_THAT(contacts(frames + " --vertex-triangle off"), ElementsAre(is_contact("ee,0,1,3,4,", 0.5F, 0.0F)));
 }
 
 TEST_F(Detect, every_broad_phase_finds_the_same_here) {
@@ -120,13 +162,13 @@ TEST_F(Detect, every_broad_phase_finds_the_same_here) {
   EXPECT_EQ(contacts(frames + " --broad-phase uniform"), expected);
   EXPECT_EQ(contacts(frames + " --subdivision off"), expected);
   EXPECT_EQ(contacts(frames + " --cell-size-factor 2.4"), expected);
-  EXPECT_EQ(contacts(frames + " --backend cpu --features vt,ee"), expected);
+  EXPECT_EQ(contacts(frames + " --backend cpu --vertex-triangle on --edge-edge on"), expected);
   EXPECT_EQ(contacts(frames + " --repeat 3"), expected);
 }
 
 TEST_F(Detect, one_frame_is_enough_for_discrete_detection) {
   const std::string frame = folder_.write("t1.obj", kBelow);
-  EXPECT_THAT(contacts("--detection dcd --features vt --margin 0.5 " + frame),
+  EXPECT_THAT(contacts("--detection dcd --edge-edge off --margin 0.5 " + frame),
               ElementsAre(is_contact("vt,3,,0,1,2", 1.0F, 1.0F)));
   expect_refused(frame, "needs two frames");
 }
@@ -152,7 +194,7 @@ TEST_F(Detect, finds_and_colours_regions_of_intersections) {
 
 TEST_F(Detect, json_holds_every_figure) {
   const std::string frames = folder_.write("t0.obj", kAbove) + " " + folder_.write("t1.obj", kBelow);
-  const nlohmann::json json = figures(frames + " --features vt --backend cpu --repeat 2");
+  const nlohmann::json json = figures(frames + " --edge-edge off --backend cpu --repeat 2");
   EXPECT_EQ(json["triangles"], 2);
   EXPECT_EQ(json["vertices"], 6);
   EXPECT_EQ(json["edges"], 6);
@@ -188,7 +230,7 @@ TEST_F(Detect, leaves_triangles_out_whose_vertices_are_not_finite) {
   const std::string above = "v 9 9 9\nv 9 9 10\nv 9 10 9\nf -1 -2 -3\n";
   const std::string broken = "v nan 9 9\nv 9 9 10\nv 9 10 9\nf -1 -2 -3\n";
   const std::string frames = folder_.write("t0.obj", kAbove + above) + " " + folder_.write("t1.obj", kBelow + broken);
-  const Result result = run(frames + " --features vt --repeat 3 --json " + folder_.file("figures.json") +
+  const Result result = run(frames + " --edge-edge off --repeat 3 --json " + folder_.file("figures.json") +
                             " --contacts " + folder_.file("contacts.csv"));
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.errors, HasSubstr("warning"));
@@ -221,7 +263,7 @@ TEST_F(Detect, refuses_command_lines) {
   expect_refused("", "t0 is required");
   expect_refused(frames + " --accuracy exact", "'exact' is not one of fast, precise, conservative, auto");
   expect_refused(frames + " --backend gpu", "'gpu' is not one of auto, cpu, cuda");
-  expect_refused(frames + " --features vt,", "'' is not one of vt, ee");
+  expect_refused(frames + " --edge-edge maybe", "'maybe' is not one of on, off");
   expect_refused(frames + " --subdivision maybe", "'maybe' is not one of on, off");
   expect_refused(frames + " --margin -1", "margin");
   expect_refused(frames + " --margin nan", "margin");

@@ -7,23 +7,23 @@
 #include <string>
 #include <vector>
 
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 #include "temporary_folder.hpp"
 
 namespace softcd::test {
 
 class MeshReading : public testing::Test {
  protected:
-  demo::Mesh read(const std::string& name, const std::string& content) const {
-    return demo::read_mesh(folder_.write(name, content));
+  mesh_tools::Mesh read(const std::string& name, const std::string& content) const {
+    return mesh_tools::read_mesh(folder_.write(name, content));
   }
 
   /// Returns the message of the expected error; it must start with the file's name.
   std::string error_of(const std::string& name, const std::string& content) const {
     const std::string file = folder_.write(name, content);
     try {
-      demo::read_mesh(file);
-    } catch (const demo::MeshError& error) {
+      mesh_tools::read_mesh(file);
+    } catch (const mesh_tools::MeshError& error) {
       std::string message = error.what();
       EXPECT_THAT(message, testing::StartsWith(file + ":"));
       EXPECT_THAT(message, testing::Not(testing::HasSubstr("\n")));
@@ -33,7 +33,7 @@ class MeshReading : public testing::Test {
     return "";
   }
 
-  static std::vector<std::array<std::uint32_t, 3>> triangles_of(const demo::Mesh& mesh) {
+  static std::vector<std::array<std::uint32_t, 3>> triangles_of(const mesh_tools::Mesh& mesh) {
     std::vector<std::array<std::uint32_t, 3>> triangles;
     for (const Triangle& t : mesh.triangles) triangles.push_back({t.v[0], t.v[1], t.v[2]});
     return triangles;

@@ -48,7 +48,7 @@ class GltfReading : public MeshReading {
       "buffers": [{"byteLength": 312}]})");
   }
 
-  demo::Mesh read_description() const { return read("mesh.glb", glb(description_, buffer_)); }
+  mesh_tools::Mesh read_description() const { return read("mesh.glb", glb(description_, buffer_)); }
   std::string error() const { return error_of("mesh.glb", glb(description_, buffer_)); }
 
   json description_;
@@ -56,7 +56,7 @@ class GltfReading : public MeshReading {
 };
 
 TEST_F(GltfReading, joins_corners_with_normals_to_a_closed_mesh) {
-  const demo::Mesh mesh = read_description();
+  const mesh_tools::Mesh mesh = read_description();
   EXPECT_EQ(mesh.positions.size(), 4u);
   ASSERT_EQ(mesh.triangles.size(), 4u);
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
@@ -78,7 +78,7 @@ TEST_F(GltfReading, applies_transforms_of_nodes_and_keeps_the_outside) {
       R"([{"children": [1, 2], "translation": [10, 0, 0]},
           {"mesh": 0, "rotation": [0, 0, 1, 0], "scale": [2, 1, 1]},
           {"mesh": 0, "matrix": [-1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,5,1]}])");
-  const demo::Mesh mesh = read_description();
+  const mesh_tools::Mesh mesh = read_description();
   ASSERT_EQ(mesh.positions.size(), 8u) << "two meshes become one";
   EXPECT_EQ(mesh.positions[1], (Vec3d{10, -1, 0}));
   EXPECT_EQ(mesh.positions[2], (Vec3d{8, 0, 0}));

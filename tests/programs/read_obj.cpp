@@ -10,9 +10,10 @@ using T = std::array<std::uint32_t, 3>;
 class Obj : public MeshReading {};
 
 TEST_F(Obj, reads_vertices_and_polygons) {
-  const demo::Mesh mesh = read("mesh.obj",
-                               "# a comment\nmtllib x.mtl\no thing\nv 0 0 0\nv 1 0 0 0.5\r\nv 0 1 .1 1 0 0\n"
-                               "v 0 0 -1e3 # behind\nvt 0 0\nvn 0 0 1\ns off\nusemtl red\n\nf 1 2 3\nf 1 2 3 4\n");
+  const mesh_tools::Mesh mesh =
+      read("mesh.obj",
+           "# a comment\nmtllib x.mtl\no thing\nv 0 0 0\nv 1 0 0 0.5\r\nv 0 1 .1 1 0 0\n"
+           "v 0 0 -1e3 # behind\nvt 0 0\nvn 0 0 1\ns off\nusemtl red\n\nf 1 2 3\nf 1 2 3 4\n");
   ASSERT_EQ(mesh.positions.size(), 4u);
   EXPECT_EQ(mesh.positions[2], (Vec3d{0, 1, 0.1}));
   EXPECT_EQ(mesh.positions[3], (Vec3d{0, 0, -1000}));
@@ -20,15 +21,15 @@ TEST_F(Obj, reads_vertices_and_polygons) {
 }
 
 TEST_F(Obj, reads_every_form_of_index) {
-  const demo::Mesh mesh = read("MESH.OBJ",
-                               "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2//2 3/3\nf -3 -2 -1\nv 2 2 2\nf -1 -2/7 1\n"
-                               "f 5 1 2\nv 3 3 3");
+  const mesh_tools::Mesh mesh = read("MESH.OBJ",
+                                     "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2//2 3/3\nf -3 -2 -1\nv 2 2 2\nf -1 -2/7 1\n"
+                                     "f 5 1 2\nv 3 3 3");
   EXPECT_THAT(triangles_of(mesh), ElementsAre(T{0, 1, 2}, T{0, 1, 2}, T{3, 2, 0}, T{4, 0, 1}));
   EXPECT_EQ(mesh.positions.size(), 5u);
 }
 
 TEST_F(Obj, an_empty_file_is_an_empty_mesh) {
-  const demo::Mesh mesh = read("mesh.obj", "");
+  const mesh_tools::Mesh mesh = read("mesh.obj", "");
   EXPECT_TRUE(mesh.positions.empty());
   EXPECT_TRUE(mesh.triangles.empty());
 }
@@ -64,9 +65,9 @@ TEST_F(Obj, files_beyond_all_meshes_are_refused_unread) {
   const std::string file = folder_.write("huge.obj", "");
   std::filesystem::resize_file(file, (std::uintmax_t{1} << 34) + 1);
   try {
-    demo::read_mesh(file);
+    mesh_tools::read_mesh(file);
     FAIL() << "this was read";
-  } catch (const demo::MeshError& error) {
+  } catch (const mesh_tools::MeshError& error) {
     EXPECT_EQ(error.what(), file + ": is larger than 16 GiB");
   }
 }

@@ -63,7 +63,7 @@ class Ply : public MeshReading {
                                                  {std::numeric_limits<Scalar>::max(), 1, Scalar(1e-30)},
                                                  {std::numeric_limits<Scalar>::denorm_min(), Scalar(-0.0), 10},
                                                  {std::numeric_limits<Scalar>::quiet_NaN(), 2, 3}};
-    const demo::Mesh mesh = read("mesh.ply", binary<Scalar, Index>(format, scalar, index, positions));
+    const mesh_tools::Mesh mesh = read("mesh.ply", binary<Scalar, Index>(format, scalar, index, positions));
     ASSERT_EQ(mesh.positions.size(), positions.size());
     for (std::size_t i = 0; i < 3; ++i) {
       EXPECT_EQ(mesh.positions[i].x, double(positions[i].x));
@@ -87,18 +87,18 @@ TEST_F(Ply, reads_binary_of_both_endiannesses_and_many_types) {
 }
 
 TEST_F(Ply, reads_integer_positions) {
-  const demo::Mesh mesh =
+  const mesh_tools::Mesh mesh =
       read("mesh.ply", binary<std::int16_t, std::uint8_t>("binary_big_endian", "short", "uchar",
                                                           {{-300, 2, 3}, {0, 0, 0}, {1, 1, 1}, {}}));
   EXPECT_EQ(mesh.positions[0], (Vec3d{-300, 2, 3}));
 }
 
 TEST_F(Ply, reads_ascii_as_the_types_that_the_header_names) {
-  const demo::Mesh mesh = read("mesh.ply",
-                               "ply\r\nformat ascii 1.0\r\nelement vertex 4\r\nproperty float x\r\n"
-                               "property double y\r\nproperty int z\r\nelement face 1\r\n"
-                               "property list uchar uint vertex_index\r\nend_header\r\n"
-                               "0.1 0.1 -7\r\n  +1e3\t-2.5 0 nan inf 1\r\n0 0 0\r\n4 0 1 2 3\r\n\r\n");
+  const mesh_tools::Mesh mesh = read("mesh.ply",
+                                     "ply\r\nformat ascii 1.0\r\nelement vertex 4\r\nproperty float x\r\n"
+                                     "property double y\r\nproperty int z\r\nelement face 1\r\n"
+                                     "property list uchar uint vertex_index\r\nend_header\r\n"
+                                     "0.1 0.1 -7\r\n  +1e3\t-2.5 0 nan inf 1\r\n0 0 0\r\n4 0 1 2 3\r\n\r\n");
   EXPECT_EQ(mesh.positions[0], (Vec3d{double(0.1F), 0.1, -7}));
   EXPECT_EQ(mesh.positions[1], (Vec3d{1000, -2.5, 0}));
   EXPECT_TRUE(std::isnan(mesh.positions[2].x));
@@ -108,21 +108,22 @@ TEST_F(Ply, reads_ascii_as_the_types_that_the_header_names) {
 }
 
 TEST_F(Ply, steps_over_other_elements_and_reads_faces_before_vertices) {
-  const demo::Mesh mesh = read("mesh.ply",
-                               "ply\nformat ascii 1.0\nobj_info x\nelement strange 2\nproperty list int double values\n"
-                               "element face 1\nproperty list int int vertex_indices\n"
-                               "element vertex 3\nproperty float z\nproperty float y\nproperty float x\n"
-                               "property list uchar float weights\nend_header\n"
-                               "2 0.5 0.5\n0\n3 2 1 0\n1 2 3 0\n4 5 6 2 9 9\n7 8 9 0\n");
+  const mesh_tools::Mesh mesh =
+      read("mesh.ply",
+           "ply\nformat ascii 1.0\nobj_info x\nelement strange 2\nproperty list int double values\n"
+           "element face 1\nproperty list int int vertex_indices\n"
+           "element vertex 3\nproperty float z\nproperty float y\nproperty float x\n"
+           "property list uchar float weights\nend_header\n"
+           "2 0.5 0.5\n0\n3 2 1 0\n1 2 3 0\n4 5 6 2 9 9\n7 8 9 0\n");
   EXPECT_EQ(mesh.positions[1], (Vec3d{6, 5, 4}));
   using T = std::array<std::uint32_t, 3>;
   EXPECT_THAT(triangles_of(mesh), ElementsAre(T{2, 1, 0}));
 }
 
 TEST_F(Ply, reads_meshes_without_faces_or_vertices) {
-  const demo::Mesh empty = read("mesh.ply",
-                                "ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\n"
-                                "property float y\nproperty float z\nend_header\n");
+  const mesh_tools::Mesh empty = read("mesh.ply",
+                                      "ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\n"
+                                      "property float y\nproperty float z\nend_header\n");
   EXPECT_TRUE(empty.positions.empty());
   EXPECT_TRUE(empty.triangles.empty());
 }
@@ -230,31 +231,31 @@ TEST_F(Ply, with_very_many_properties_is_read_at_once) {
   content += "end_header\n1 2 3";
   for (int i = 0; i < kProperties; ++i) content += " 0";
   const std::clock_t begin = std::clock();
-  const demo::Mesh mesh = read("many.ply", content + "\n");
+  const mesh_tools::Mesh mesh = read("many.ply", content + "\n");
   EXPECT_LT(std::clock() - begin, 5 * CLOCKS_PER_SEC);
   ASSERT_EQ(mesh.positions.size(), 1U);
   EXPECT_EQ(mesh.positions[0].z, 3.0);
 }
 
 TEST_F(Ply, names_files_that_cannot_be_read) {
-  EXPECT_THROW(demo::read_mesh(folder_.file("absent.ply")), demo::MeshError);
-  EXPECT_THROW(demo::read_mesh(folder_.file("")), demo::MeshError);
+  EXPECT_THROW(mesh_tools::read_mesh(folder_.file("absent.ply")), mesh_tools::MeshError);
+  EXPECT_THROW(mesh_tools::read_mesh(folder_.file("")), mesh_tools::MeshError);
 }
 
 TEST_F(Ply, frames_of_one_mesh_have_the_same_triangles) {
-  const demo::Mesh a = read("a.ply", std::string(kTriangleHeader) + "0 0 0 1 0 0 0 1 0 3 0 1 2\n");
-  const demo::Mesh moved = read("b.ply", std::string(kTriangleHeader) + "0 0 1 1 0 1 0 1 1 3 0 1 2\n");
-  EXPECT_NO_THROW(demo::require_same_topology(a, "a.ply", moved, "b.ply"));
+  const mesh_tools::Mesh a = read("a.ply", std::string(kTriangleHeader) + "0 0 0 1 0 0 0 1 0 3 0 1 2\n");
+  const mesh_tools::Mesh moved = read("b.ply", std::string(kTriangleHeader) + "0 0 1 1 0 1 0 1 1 3 0 1 2\n");
+  EXPECT_NO_THROW(mesh_tools::require_same_topology(a, "a.ply", moved, "b.ply"));
 
-  const auto difference = [&](const demo::Mesh& b) -> std::string {
+  const auto difference = [&](const mesh_tools::Mesh& b) -> std::string {
     try {
-      demo::require_same_topology(a, "a.ply", b, "b.ply");
-    } catch (const demo::MeshError& error) {
+      mesh_tools::require_same_topology(a, "a.ply", b, "b.ply");
+    } catch (const mesh_tools::MeshError& error) {
       return error.what();
     }
     return "none";
   };
-  demo::Mesh other = moved;
+  mesh_tools::Mesh other = moved;
   other.triangles[0].v[2] = 0;
   EXPECT_EQ(difference(other), "b.ply: is not a frame of the same mesh as a.ply: triangle 0 has other vertices");
   other.triangles.push_back(other.triangles[0]);

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 #include "temporary_folder.hpp"
 
 // Written files are read back by assimp, which is independent of the writers.
@@ -20,7 +20,7 @@ namespace {
 using testing::HasSubstr;
 
 /// Returns two triangles of a folded square, a sliver without area, and a vertex without triangles.
-demo::Mesh some_mesh() {
+mesh_tools::Mesh some_mesh() {
   return {{{0, 0, 0}, {1, 0, 0}, {0, 2, 0.1}, {-1e-3, 2, 3}, {1e6, -7, 0.3}, {9, 9, 9}},
           {{{0, 1, 2}}, {{2, 1, 3}}, {{4, 4, 0}}}};
 }
@@ -33,15 +33,15 @@ std::uint32_t number_at(const std::string& bytes, std::size_t offset) {
 
 class MeshWriting : public testing::Test {
  protected:
-  std::string write(const std::string& name, const demo::Mesh& mesh) const {
-    demo::write_mesh(folder_.file(name), mesh);
+  std::string write(const std::string& name, const mesh_tools::Mesh& mesh) const {
+    mesh_tools::write_mesh(folder_.file(name), mesh);
     return folder_.file(name);
   }
 
-  std::string error_of(const std::string& name, const demo::Mesh& mesh) const {
+  std::string error_of(const std::string& name, const mesh_tools::Mesh& mesh) const {
     try {
       write(name, mesh);
-    } catch (const demo::MeshError& error) {
+    } catch (const mesh_tools::MeshError& error) {
       return error.what();
     }
     return "";
@@ -65,7 +65,7 @@ void expect_at(const aiVector3D& read, const Vec3d& written) {
 }
 
 TEST_F(MeshWriting, keeps_vertices_and_triangles_in_ply) {
-  const demo::Mesh mesh = some_mesh();
+  const mesh_tools::Mesh mesh = some_mesh();
   const aiMesh& read_back = read(write("mesh.ply", mesh));
   ASSERT_EQ(read_back.mNumVertices, mesh.positions.size());
   ASSERT_EQ(read_back.mNumFaces, mesh.triangles.size());
@@ -78,7 +78,7 @@ TEST_F(MeshWriting, keeps_vertices_and_triangles_in_ply) {
 
 // By corners: since 5.3 assimp leaves out vertices that no triangle has.
 TEST_F(MeshWriting, keeps_triangles_in_gltf) {
-  const demo::Mesh mesh = some_mesh();
+  const mesh_tools::Mesh mesh = some_mesh();
   const aiMesh& read_back = read(write("mesh.glb", mesh));
   ASSERT_EQ(read_back.mNumFaces, mesh.triangles.size());
   for (unsigned f = 0; f < read_back.mNumFaces; ++f) {
@@ -90,7 +90,7 @@ TEST_F(MeshWriting, keeps_triangles_in_gltf) {
 }
 
 TEST_F(MeshWriting, gives_stl_corners_and_normals) {
-  const demo::Mesh mesh = some_mesh();
+  const mesh_tools::Mesh mesh = some_mesh();
   const aiMesh& read_back = read(write("mesh.stl", mesh));
   ASSERT_EQ(read_back.mNumFaces, mesh.triangles.size());
   for (unsigned f = 0; f < read_back.mNumFaces; ++f) {
@@ -134,7 +134,7 @@ TEST_F(MeshWriting, makes_gltf_of_two_chunks_with_bounds) {
 }
 
 TEST_F(MeshWriting, refuses_what_a_format_cannot_hold) {
-  demo::Mesh mesh = some_mesh();
+  mesh_tools::Mesh mesh = some_mesh();
   EXPECT_THAT(error_of("mesh.obj", mesh), HasSubstr("mesh.obj: ends in none of .ply, .stl, .glb"));
   EXPECT_THAT(error_of("missing/mesh.stl", mesh), HasSubstr("mesh.stl: cannot be written"));
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), 1e300}) {

@@ -2,6 +2,7 @@
 
 #include "cell_sets.hpp"
 #include "enumeration.hpp"
+#include "lower_neighbour.hpp"
 
 namespace softcd::test {
 namespace {

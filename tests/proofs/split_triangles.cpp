@@ -1,5 +1,6 @@
 #include "cell_sets.hpp"
 #include "enumeration.hpp"
+#include "lower_neighbour.hpp"
 #include "softcd/grid/control_bits.hpp"
 #include "softcd/stages/virtual_subdivision.hpp"
 

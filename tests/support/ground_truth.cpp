@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 
 namespace softcd::test {
 namespace {
@@ -57,7 +57,7 @@ std::array<fs::path, 2> frames_of(const fs::path& step) {
   if (fs::is_directory(folder)) {
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) frames.push_back(entry.path());
   }
-  if (frames.size() != 2) throw demo::MeshError(folder.string() + ": is not a folder of two meshes");
+  if (frames.size() != 2) throw mesh_tools::MeshError(folder.string() + ": is not a folder of two meshes");
   std::sort(frames.begin(), frames.end(), [](const fs::path& a, const fs::path& b) {
     const std::string p = a.filename().string(), q = b.filename().string();
     return std::pair(p.size(), p) < std::pair(q.size(), q);
@@ -78,8 +78,8 @@ GroundTruth read_ground_truth(const fs::path& ccd_steps, const std::string& step
   const fs::path folder = ccd_steps / step;
   const auto [frame_t0, frame_t1] = frames_of(folder);
   const std::string number = number_of(folder);
-  const demo::Mesh start = demo::read_mesh(frame_t0);
-  const demo::Mesh end = demo::read_mesh(frame_t1);
+  const mesh_tools::Mesh start = mesh_tools::read_mesh(frame_t0);
+  const mesh_tools::Mesh end = mesh_tools::read_mesh(frame_t1);
   GroundTruth truth;
   truth.scene.push_back({start.triangles, start.positions, end.positions, everything()});
 

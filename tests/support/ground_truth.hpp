@@ -23,8 +23,8 @@ struct GroundTruth {
   std::vector<FeaturePair> colliding() const;  ///< sorted
 };
 
-/// Returns the two meshes in frames/ of the folder of a recorded step, by their numbers. Throws demo::MeshError when
-/// there are not two.
+/// Returns the two meshes in frames/ of the folder of a recorded step, by their numbers. Throws mesh_tools::MeshError
+/// when there are not two.
 std::array<std::filesystem::path, 2> frames_of(const std::filesystem::path& step);
 
 /// Reads a recorded step. `step` is the name of a folder with two frames, such as cloth-ball and armadillo-rollers.

@@ -1,6 +1,6 @@
 #include "recorded_steps.hpp"
 
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 
 namespace softcd::test {
 
@@ -10,8 +10,8 @@ std::filesystem::path recorded_step_folder(const std::string& name) {
 
 Scene recorded_step(const std::string& name) {
   const std::filesystem::path folder = recorded_step_folder(name);
-  const demo::Mesh start = demo::read_mesh(folder / "t0.ply");
-  const demo::Mesh end = demo::read_mesh(folder / "t1.ply");
+  const mesh_tools::Mesh start = mesh_tools::read_mesh(folder / "t0.ply");
+  const mesh_tools::Mesh end = mesh_tools::read_mesh(folder / "t1.ply");
   return {{start.triangles, start.positions, end.positions, everything()}};
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "grid_scenes.hpp"
+#include "lower_neighbour.hpp"
 #include "softcd/grid/control_bits.hpp"
 
 namespace softcd::demo {
@@ -132,7 +133,7 @@ TEST_P(DetectionGridOf, masks_say_which_neighbours_hold_the_triangle) {
       if (entry.triangle != triangle) continue;
       const Cell place = cell_near(cell->index, {0, 0, 0});
       for (std::uint32_t bit = 0; bit < kMaskBits; ++bit) {
-        const std::uint32_t neighbour = cell_index(lower_neighbour(place, static_cast<int>(bit)));
+        const std::uint32_t neighbour = cell_index(test::lower_neighbour(place, static_cast<int>(bit)));
         const bool is_there = std::any_of(cells.begin(), cells.end(),
                                           [&](const OccupiedCell* other) { return other->index == neighbour; });
         EXPECT_EQ(((entry.mask >> bit) & 1U) != 0, is_there);

@@ -206,7 +206,7 @@ void ContactEconomy::choose_edges(Span<const Contact> contacts) {
 }
 
 StageReport ContactEconomy::report() const {
-  const char* const stage = "contact economy";
+  constexpr DetectionStage stage = DetectionStage::contact_economy;
   if (!is_choosing_) return {stage, false, "Bullet's solver gets all contacts"};
   const auto given_of = [](auto begin, auto end) {
     const auto given = std::count_if(begin, end, [](const ContactShare& share) { return share.count > 0; });

@@ -20,11 +20,31 @@ class QueryCore;
 
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
+/// The parts of a detection on which explain() reports, in the order of time.
+enum class DetectionStage : std::uint32_t {
+  backend,                ///< the choice of the processor
+  positions,              ///< of bodies that have none yet
+  body_pairs,             ///< the choice of the bodies that may touch
+  ranks,                  ///< the division among the ranks of a Communicator
+  swept_volumes,          ///< bounding volumes of moving triangles
+  virtual_subdivision,    ///< of triangles that are larger than a cell
+  broad_phase,            ///< the search for pairs of triangles
+  tests_against_all,      ///< of triangles that would need too many cells
+  tests_in_parts,         ///< of pairs, so that memory suffices
+  accuracy,               ///< the choice of the narrow phase's arithmetic
+  vertex_triangle_tests,  ///< the narrow phase of vertices with triangles
+  edge_edge_tests,        ///< the narrow phase of edges
+  time_of_impact,         ///< the search for the first time of contact
+  contact_economy,        ///< the choice of the contacts that a solver gets
+};
+/// Returns the stage in words, such as "broad phase".
+SOFTCD_EXPORT const char* name_of(DetectionStage stage);
+
 /// One line of explain().
 struct StageReport {
-  std::string stage;   ///< the stage, or another part of a detection, in words
-  bool ran = false;    ///< whether the last detection ran it
-  std::string reason;  ///< why it ran or did not
+  DetectionStage stage = DetectionStage::backend;  ///< the part of a detection
+  bool ran = false;                                ///< whether the last detection ran it
+  std::string reason;                              ///< why it ran or did not
 };
 
 /// The end of the step that a discrete detection uses.
@@ -195,7 +215,7 @@ class SOFTCD_EXPORT Query {
 
   /// Returns the statistics of the last detection that was waited for, and of this rank's part of it.
   const Statistics& statistics() const;
-  /// Returns which stages that detection ran or skipped, and why.
+  /// Returns which stages that detection ran or skipped, and why, in the order of DetectionStage.
   std::vector<StageReport> explain() const;
 
  private:

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "grid/random_cells.hpp"
+#include "lower_neighbour.hpp"
 #include "random.hpp"
 #include "softcd/stages/cell_assignment.hpp"
 

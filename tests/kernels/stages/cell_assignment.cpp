@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host_scene.hpp"
+#include "lower_neighbour.hpp"
 #include "split_triangles.hpp"
 
 namespace softcd::test {

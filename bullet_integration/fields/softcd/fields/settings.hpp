@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "softcd/bullet/settings.hpp"
 #include "softcd/fields/options.hpp"
 
@@ -7,9 +9,56 @@
 namespace softcd {
 
 template <>
+inline constexpr auto kHelpOf<&bullet::Settings::backend> = kHelpOf<&SceneOptions::backend>;
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::detection> =
+    "dcd: distances at one end of the step, Bullet's rule; ccd: the whole step, and nodes that would cross a face are "
+    "stopped";
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::accuracy> = kHelpOf<&QueryOptions::accuracy>;
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::broad_phase> = kHelpOf<&QueryOptions::broad_phase>;
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::cell_size_factor> = kHelpOf<&QueryOptions::cell_size_factor>;
+template <>
 inline constexpr ValueRange kRangeOf<&bullet::Settings::cell_size_factor> = kRangeOf<&QueryOptions::cell_size_factor>;
 template <>
+inline constexpr auto kHelpOf<&bullet::Settings::reuse_pairs> = kHelpOf<&QueryOptions::reuse_pairs>;
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::self_collision> =
+    "Which bodies collide with themselves: those with setSelfCollision(true), all, or none";
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::edge_contacts> =
+    "Whether edges touch edges: off, only reported, or given to Bullet's solver (respond). automatic: respond in the "
+    "deformable world";
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::contacts> =
+    "The contacts of nodes with faces that Bullet's solver gets. all: Bullet's rule; closest_feature: one for each "
+    "place where the surface is nearest. automatic: the latter in classic worlds with dcd";
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::contacts_per_node> =
+    "The most contacts of a node with faces of one body on one side; 0 for no limit";
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::rigid_meshes> =
+    "Whether softcd detects contacts with rigid triangle meshes";
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::convex_shapes> =
+    "Which features touch convex rigid shapes: nodes, as in Bullet, or also faces and edges";
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::untangle> = "Whether bodies that intersect are moved apart";
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::untangle_speed> =
+    "The greatest speed, in metres a second, at which untangle moves a node";
+template <>
 inline constexpr ValueRange kRangeOf<&bullet::Settings::untangle_speed> = {.least = 1e-6, .most = 1e6};
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::filter_deformables> =
+    "Deformable world: whether filters apply to pairs of soft bodies, where Bullet ignores them";
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::read_out> = "What body_contacts() reports";
+template <>
+inline constexpr auto kHelpOf<&bullet::Settings::on_error> =
+    "When a detection fails: fall_back continues the step with Bullet's own; throw_error ends it";
 template <>
 inline constexpr auto kFields<bullet::Settings> = fields_of<
     bullet::Settings, &bullet::Settings::backend, &bullet::Settings::detection, &bullet::Settings::accuracy,
@@ -20,3 +69,15 @@ inline constexpr auto kFields<bullet::Settings> = fields_of<
     &bullet::Settings::read_out, &bullet::Settings::on_contacts, &bullet::Settings::on_error, &bullet::Settings::log>();
 
 }  // namespace softcd
+
+namespace softcd::bullet {
+
+/// A function that returns settings to begin with, by its name.
+struct Preset {
+  const char* name;
+  Settings (*value)();
+};
+inline constexpr std::array<Preset, 3> kPresets = {
+    {{"fast", Settings::fast}, {"balanced", Settings::balanced}, {"safe", Settings::safe}}};
+
+}  // namespace softcd::bullet

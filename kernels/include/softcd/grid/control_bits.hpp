@@ -22,12 +22,6 @@ namespace softcd {
 /// bit 12.
 constexpr std::uint32_t kMaskBits = 13;
 
-SOFTCD_HD constexpr Cell lower_neighbour(Cell c, int bit) {
-  if (bit == 12) return {c.x - 1, c.y, c.z};
-  if (bit >= 9) return {c.x + bit - 10, c.y - 1, c.z};
-  return {c.x + bit % 3 - 1, c.y + bit / 3 - 1, c.z - 1};
-}
-
 /// A row (fixed y and z) of an integer DOP, and the four rows that hold its cells' lower neighbours.
 struct CellRow {
   CellInterval cells;

@@ -29,6 +29,10 @@ struct ValueRange {
 template <auto kMember>
 inline constexpr ValueRange kRangeOf = {};
 
+/// What a member does, for command lines and Python: specialized for all options.
+template <auto kMember>
+inline constexpr const char* kHelpOf = nullptr;
+
 /// Whether ranks of a Communicator may have different values: specialized for members that change no contacts.
 template <auto kMember>
 inline constexpr bool kMayDifferBetweenRanks = false;
@@ -80,6 +84,7 @@ struct Field<kMember> {
   static constexpr const char* kName = kNameInSource<kMember>.data();
   static constexpr auto kPointer = kMember;
   static constexpr ValueRange kRange = kRangeOf<kMember>;
+  static constexpr const char* kHelp = kHelpOf<kMember>;
   static constexpr bool kMayDiffer = kMayDifferBetweenRanks<kMember>;
 
   template <class Object>
@@ -143,35 +148,37 @@ bool has_equal_fields(const Struct& a, const Struct& b) {
   return std::apply([&](auto... field) { return ((field.of(a) == field.of(b)) && ...); }, kFields<Struct>);
 }
 
-/// Returns the problem with the first value that is not allowed: "cell_size_factor is 1000, but must be 0, or 0.1 to
-/// 100", or "detection is 7, which is none of its values; they count from 0 to 1". Empty where nothing is wrong.
+/// Returns the problem with a field's value: "cell_size_factor is 1000, but must be 0, or 0.1 to 100", or "detection is
+/// 7, which is none of its values; they count from 0 to 1". Empty where nothing is wrong.
+template <class AnyField, class Value>
+std::string problem_of_value(AnyField field, const Value& value) {
+  std::ostringstream problem;
+  if constexpr (std::is_enum_v<Value>) {
+    const auto number = static_cast<std::uint32_t>(value);
+    const std::size_t last = kEnumerators<Value>.size() - 1;
+    if (number > last) {
+      problem << field.kName << " is " << number << ", which is none of its values; they count from 0 to " << last;
+    }
+  } else if constexpr (std::is_arithmetic_v<Value>) {
+    const auto [least, most, or_zero] = field.kRange;
+    const auto number = static_cast<double>(value);
+    if ((number >= least && number <= most) || (or_zero && number == 0)) return {};
+    problem << field.kName << " is " << value << ", but must be ";
+    if (most < ValueRange().most) {
+      problem << (or_zero ? "0, or " : "") << least << " to " << most;
+    } else {
+      problem << (std::is_integral_v<Value> ? "" : "finite and ") << "at least " << least;
+    }
+  }
+  return problem.str();
+}
+
+/// Returns the problem with the first value that is not allowed. Empty where nothing is wrong.
 template <class Struct>
 std::string problem_of(const Struct& object) {
   std::string problem;
-  const auto report = [&](const auto&... parts) {
-    std::ostringstream text;
-    (text << ... << parts);
-    if (problem.empty()) problem = text.str();
-  };
   for_each_field<Struct>([&](auto field) {
-    const auto& value = field.of(object);
-    using Value = std::remove_cvref_t<decltype(value)>;
-    if constexpr (std::is_enum_v<Value>) {
-      const auto number = static_cast<std::uint32_t>(value);
-      const std::size_t last = kEnumerators<Value>.size() - 1;
-      if (number > last)
-        report(field.kName, " is ", number, ", which is none of its values; they count from 0 to ", last);
-    } else if constexpr (std::is_arithmetic_v<Value>) {
-      const auto [least, most, or_zero] = field.kRange;
-      const auto number = static_cast<double>(value);
-      if ((number >= least && number <= most) || (or_zero && number == 0)) return;
-      if (most < ValueRange().most) {
-        report(field.kName, " is ", value, ", but must be ", or_zero ? "0, or " : "", least, " to ", most);
-      } else {
-        report(field.kName, " is ", value, ", but must be ", std::is_integral_v<Value> ? "" : "finite and ",
-               "at least ", least);
-      }
-    }
+    if (problem.empty()) problem = problem_of_value(field, field.of(object));
   });
   return problem;
 }

@@ -7,9 +7,9 @@
 #include <limits>
 #include <unordered_set>
 
-#include "mesh_io/parsing.hpp"
+#include "parsing.hpp"
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 namespace {
 
 enum class Format { ascii, little_endian, big_endian };
@@ -347,4 +347,4 @@ Mesh read_ply(const std::string& file, std::string_view content) {
   return BodyReader(header, values).read();
 }
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

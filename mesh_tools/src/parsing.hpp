@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 
 // Parse a file's content. `file` is the name for messages.
 Mesh read_ply(const std::string& file, std::string_view content);
@@ -88,4 +88,4 @@ inline void append_fan(const std::vector<std::uint32_t>& corners, std::vector<Tr
   for (std::size_t i = 2; i < corners.size(); ++i) triangles.push_back({{corners[0], corners[i - 1], corners[i]}});
 }
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

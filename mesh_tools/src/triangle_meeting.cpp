@@ -1,11 +1,11 @@
-#include "scenes/triangle_meeting.hpp"
+#include "mesh_tools/triangle_meeting.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "scenes/exact_intersection.hpp"
+#include "mesh_tools/exact_intersection.hpp"
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 namespace {
 
 bool do_boxes_meet(const Face& a, const Face& b) {
@@ -43,8 +43,8 @@ Meeting sides_with(const Face& a, const Face& b) {
     const std::size_t j = (i + 1) % 3;
     if (has(b, a.v[i]) || has(b, a.v[j]) || are_certainly_apart(a.x[i], a.x[j], b.x)) continue;
     // Qualified, because a source that is compiled as one with this one has an overload of its own.
-    if (!demo::intersects(a.x[i], a.x[j], b.x)) continue;
-    if (demo::passes_through(a.x[i], a.x[j], b.x)) return Meeting::through;
+    if (!mesh_tools::intersects(a.x[i], a.x[j], b.x)) continue;
+    if (mesh_tools::passes_through(a.x[i], a.x[j], b.x)) return Meeting::through;
     meeting = Meeting::touching;
   }
   return meeting;
@@ -58,4 +58,4 @@ Meeting meeting_of(const Face& a, const Face& b) {
   return first == Meeting::through ? first : std::max(first, sides_with(b, a));
 }
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

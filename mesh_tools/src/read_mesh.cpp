@@ -6,7 +6,7 @@
 #include <string>
 #include <system_error>
 
-#include "mesh_io/parsing.hpp"
+#include "parsing.hpp"
 
 // The readers are softcd's own, because those in Debian 12 were not better: tinyobjloader 2.0 rc10 and, also for PLY,
 // assimp 5.2.5. A million triangles on x86-64 take, in seconds of processor time and MB of memory:
@@ -18,7 +18,7 @@
 // tinyobjloader silently accepts vertices of two coordinates, faces of two vertices and text that is no OBJ. It
 // returned indices beyond the vertices for 405 of 2000 damaged files. assimp accepts faces of two vertices, and names
 // no line. softcd's readers reject all of these, and name line and problem.
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -95,4 +95,4 @@ void require_same_topology(const Mesh& a, const fs::path& path_a, const Mesh& b,
           fmt::format("triangle {} has other vertices", differing.first - a.triangles.begin()));
 }
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include "mesh_io/writing.hpp"
+#include "writing.hpp"
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 
 std::string ply_of(const Mesh& mesh) {
   std::string bytes = fmt::format(
@@ -28,4 +28,4 @@ std::string ply_of(const Mesh& mesh) {
   return bytes;
 }
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

@@ -1,10 +1,10 @@
-#include "scenes/exact_intersection.hpp"
+#include "mesh_tools/exact_intersection.hpp"
 
 #include <algorithm>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 namespace {
 
 using Rational = boost::multiprecision::cpp_rational;
@@ -144,4 +144,4 @@ bool passes_through(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& triangle) {
   return first != 0 && orientation(p, q, b, c) == first && orientation(p, q, c, a) == first;
 }
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <string>
 
-#include "mesh_io/mesh_io.hpp"
+#include "mesh_tools/mesh_io.hpp"
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 
 inline void append_little_endian(std::string& bytes, std::uint32_t value) {
   for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(value >> shift & 0xFFU));
@@ -24,4 +24,4 @@ std::string ply_of(const Mesh& mesh);
 std::string stl_of(const Mesh& mesh);
 std::string glb_of(const std::string& name, const Mesh& mesh);
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

@@ -10,7 +10,7 @@
 
 #include "softcd/core/types.hpp"
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
@@ -57,4 +57,4 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh);
 void require_same_topology(const Mesh& a, const std::filesystem::path& path_a, const Mesh& b,
                            const std::filesystem::path& path_b);
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

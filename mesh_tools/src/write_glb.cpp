@@ -6,10 +6,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "mesh_io/writing.hpp"
+#include "writing.hpp"
 
 // glTF 2.0 (ISO/IEC 12113), its sections 3.6 (accessors) and 4 (the binary container).
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 namespace {
 
 constexpr std::uint64_t kVectorBytes = 12;  // of a position, and of a triangle's three indices
@@ -93,4 +93,4 @@ std::string glb_of(const std::string& name, const Mesh& mesh) {
   return bytes;
 }
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

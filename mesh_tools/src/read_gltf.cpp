@@ -9,11 +9,11 @@
 #include <tuple>
 #include <utility>
 
-#include "mesh_io/parsing.hpp"
+#include "parsing.hpp"
 
 // glTF 2.0 (ISO/IEC 12113). As for the other formats the reader is softcd's own. It applies nodes in double, joins only
 // equal positions, refuses what it would misplace, and no program depends on a further library.
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 namespace {
 
 using nlohmann::json;
@@ -272,4 +272,4 @@ Mesh read_gltf(const std::string& file, std::string_view content) {
   return GltfReader(file, content).read();
 }
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

@@ -3,9 +3,9 @@
 
 #include <fstream>
 
-#include "mesh_io/writing.hpp"
+#include "writing.hpp"
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 namespace {
 
 std::string content_of(const std::filesystem::path& path, const Mesh& mesh) {
@@ -26,4 +26,4 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh) {
   if (!stream) throw MeshError(fmt::format("{}: cannot be written", path.string()));
 }
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

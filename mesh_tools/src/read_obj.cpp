@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 
-#include "mesh_io/parsing.hpp"
+#include "parsing.hpp"
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 namespace {
 
 // Statements of the format that say nothing about vertices and faces.
@@ -103,4 +103,4 @@ Mesh read_obj(const std::string& file, std::string_view content) {
   return ObjReader(file, content).read();
 }
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

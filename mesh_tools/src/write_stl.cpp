@@ -1,7 +1,7 @@
-#include "mesh_io/writing.hpp"
 #include "softcd/math/pseudo_normal.hpp"
+#include "writing.hpp"
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 
 std::string stl_of(const Mesh& mesh) {
   constexpr std::size_t kHeaderBytes = 80;  // which must not begin with "solid", as text files do
@@ -20,4 +20,4 @@ std::string stl_of(const Mesh& mesh) {
   return bytes;
 }
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

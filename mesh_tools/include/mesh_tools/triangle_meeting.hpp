@@ -5,7 +5,7 @@
 
 #include "softcd/core/vec3.hpp"
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 
 /// A triangle of a mesh: its vertices' numbers, which are equal where triangles share a vertex, and their positions.
 struct Face {
@@ -23,4 +23,4 @@ enum class Meeting {
 /// triangle do not count. Triangles that share an edge are therefore always apart, as for Probe::intersections().
 Meeting meeting_of(const Face& a, const Face& b);
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools

@@ -4,7 +4,7 @@
 
 #include "softcd/core/vec3.hpp"
 
-namespace softcd::demo {
+namespace softcd::mesh_tools {
 
 /// Returns whether the segment pq and the triangle have a point in common, borders and touching included. Exact for all
 /// finite coordinates, also for coplanar features and degenerate triangles and segments.
@@ -14,4 +14,4 @@ bool intersects(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& triangle);
 /// inside: neither p nor q is in the plane, and pq does not meet the border. As exact as intersects().
 bool passes_through(Vec3d p, Vec3d q, const std::array<Vec3d, 3>& triangle);
 
-}  // namespace softcd::demo
+}  // namespace softcd::mesh_tools
