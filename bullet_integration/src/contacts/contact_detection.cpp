@@ -1,10 +1,10 @@
 #include "contacts/contact_detection.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "LinearMath/btQuickprof.h"
 #include "bodies/query_options.hpp"
-#include "contacts/contact_walks.hpp"
 
 // The libraries of both precisions define this function. So the linker refuses a program that contains parts of both,
 // and names the reason.
@@ -23,6 +23,14 @@ bool is_finite(const btSoftBody& body) {
   return true;
 }
 
+/// Returns the number of contacts of nodes with faces. A query returns those of edges after them.
+std::size_t count_node_contacts(Span<const Contact> contacts) {
+  const auto* const end = std::partition_point(contacts.begin(), contacts.end(), [](const Contact& contact) {
+    return contact.kind == ContactKind::vertex_triangle;
+  });
+  return static_cast<std::size_t>(end - contacts.begin());
+}
+
 /// Returns whether solving the body would spread values that are not numbers over its links.
 bool is_spoilt(const btSoftBody& body) {
   return !is_finite(body) && body.m_cfg.piterations + body.m_cfg.viterations + body.m_cfg.diterations > 0;
@@ -35,8 +43,8 @@ ContactDetection::ContactDetection(const ContactsOfKind& kind, WorldMirror& mirr
       mirror_(mirror),
       settings_(settings),
       query_(mirror.scene(), kind.options(settings)),
-      economy_(kind, mirror, settings),
-      solver_contacts_(kind.make_solver_contacts()) {}
+      solver_contacts_(kind.make_solver_contacts()),
+      economy_report_(report_on_economy(false, {}, {})) {}
 
 void ContactDetection::follow_settings() {
   query_.set_options(kind_.options(settings_));
@@ -44,7 +52,7 @@ void ContactDetection::follow_settings() {
 
 std::vector<StageReport> ContactDetection::explain() const {
   std::vector<StageReport> stages = query_.explain();
-  stages.push_back(economy_.report());
+  stages.push_back(economy_report_);
   return stages;
 }
 
@@ -94,9 +102,6 @@ void ContactDetection::finish(bool prevents_crossings, const TangledNodes* relea
   const Span<const Contact> contacts = ticket_ ? ticket_->wait() : Span<const Contact>();
   find_spoilt(contacts);
   find_tangles(contacts);
-  find_used(contacts);
-  economy_.choose(contacts, is_used_);
-  list_edge_contacts(contacts);
   make_solver_contacts(contacts);
   notes_.reset(solver_contacts_->note_count());
   // Nothing throws below: Bullet's arrays get all contacts or none.
@@ -104,21 +109,19 @@ void ContactDetection::finish(bool prevents_crossings, const TangledNodes* relea
   notes_.arrange();
 }
 
+/// Makes the contacts for Bullet's solver, and lists those of edges.
 void ContactDetection::make_solver_contacts(Span<const Contact> contacts) {
-  const bool chooses = economy_.chooses();
-  const auto share_of = [&](std::size_t i, const MemberContact& found) {
-    const bool is_wanted = chooses ? is_used_[i] != 0 : is_used(found);
-    return is_wanted ? economy_.share_of(i) : ContactShare{/*count=*/0};
+  const ContactEconomy economy(kind_, settings_);
+  const std::size_t node_count = count_node_contacts(contacts);
+  const std::size_t edge_count = contacts.size() - node_count;
+  edge_contacts_.resize(edge_count);
+  const auto list_and_judge = [&](std::size_t i, const MemberContact& found) {
+    if (i >= node_count) edge_contacts_[i - node_count] = edge_contact_of(found);
+    return may_get(found);
   };
-  solver_contacts_->make(mirror_, contacts, settings_.detection, settings_.read_out != ReadOut::off, share_of);
-}
-
-void ContactDetection::list_edge_contacts(Span<const Contact> contacts) {
-  const Span<const Contact> edges = edge_contacts_in(contacts);
-  edge_contacts_.resize(edges.size());
-  for_each_contact_in_parallel(mirror_, edges, [this](std::size_t i, const MemberContact& found) {
-    edge_contacts_[i] = edge_contact_of(found);
-  });
+  solver_contacts_->make(
+      {mirror_, contacts, settings_.detection, economy, settings_.read_out != ReadOut::off, list_and_judge});
+  economy_report_ = report_on_economy(economy.chooses(), solver_contacts_->given(), {node_count, edge_count});
 }
 
 void ContactDetection::find_spoilt(Span<const Contact> contacts) {
@@ -170,17 +173,8 @@ void ContactDetection::find_tangles(Span<const Contact> contacts) {
   });
 }
 
-void ContactDetection::find_used(Span<const Contact> contacts) {
-  if (!economy_.chooses()) return;
-  is_used_.resize(contacts.size());
-  for_each_contact_in_parallel(mirror_, contacts, [&](std::size_t i, const MemberContact& found) {
-    const bool is_edges = found.contact.kind == ContactKind::edge_edge;
-    is_used_[i] = is_used(found) && (is_edges || kind_.is_written(found, settings_.detection));
-  });
-}
-
-/// Returns whether the solver gets the contact if the economy does not choose.
-bool ContactDetection::is_used(const MemberContact& found) const {
+/// Returns whether the solver gets the contact unless the economy drops it.
+bool ContactDetection::may_get(const MemberContact& found) const {
   const bool is_edges = found.contact.kind == ContactKind::edge_edge;
   const bool is_wanted = is_edges ? settings_.edge_contacts == EdgeContacts::respond : is_with_face(found);
   return is_wanted && !is_released(found);

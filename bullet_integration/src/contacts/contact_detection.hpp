@@ -5,8 +5,8 @@
 #include <unordered_set>
 #include <vector>
 
-#include "contacts/contact_economy.hpp"
 #include "contacts/contact_notes.hpp"
+#include "contacts/solver_contacts.hpp"
 #include "contacts/tangles.hpp"
 
 namespace softcd::bullet {
@@ -52,10 +52,8 @@ class ContactDetection {
   void find_tangles(Span<const Contact> contacts);
   bool is_released_from_tangles(const MemberContact& found) const;
   bool is_released(const MemberContact& found) const;
-  void find_used(Span<const Contact> contacts);
-  bool is_used(const MemberContact& found) const;
+  bool may_get(const MemberContact& found) const;
   void make_solver_contacts(Span<const Contact> contacts);
-  void list_edge_contacts(Span<const Contact> contacts);
 
   const ContactsOfKind& kind_;
   WorldMirror& mirror_;
@@ -69,9 +67,8 @@ class ContactDetection {
   std::unordered_set<const btSoftBody*>
       spoilt_;  ///< some of their nodes are not finite, and the solver would spread this
   TangledNodes tangled_;
-  std::vector<std::uint8_t> is_used_;  ///< of the step's contacts, if the economy chooses
-  ContactEconomy economy_;
   std::unique_ptr<SolverContacts> solver_contacts_;
+  StageReport economy_report_;
   ContactNotes notes_;
 };
 

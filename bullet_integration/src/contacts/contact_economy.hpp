@@ -4,46 +4,60 @@
 #include <cstdint>
 #include <vector>
 
+#include "contacts/contact_writer.hpp"
 #include "contacts/contacts_of_kind.hpp"
 
 namespace softcd::bullet {
+
+/// A contact of a node with a face that the solver may get.
+struct NodeContact {
+  MemberContact found;
+  bool is_turned;  ///< whether it pushes the node back through the face
+  /// The distance of the node from the nearest point of the face, and the corners of the smallest feature with that
+  /// point: face, edge or corner.
+  double distance;
+  std::array<bool, 3> has_corner;
+  /// The choice: what the solver gets for it, and the contact that carries its push, possibly itself.
+  ContactShare share = {/*count=*/0};
+  std::uint32_t owner = 0;
+
+  float time() const { return found.contact.time_of_impact; }
+};
+
+NodeContact node_contact(const MemberContact& found, bool is_turned);
 
 /// Chooses the contacts that Bullet's solver gets: see Settings::contacts and contacts_per_node. It judges a node's
 /// contacts with one body, and each contact of two edges, separately, so that threads share the work. The choice
 /// depends on the contacts alone.
 class ContactEconomy {
  public:
-  /// `kind`, `mirror` and `settings` must outlive it.
-  ContactEconomy(const ContactsOfKind& kind, const WorldMirror& mirror, const Settings& settings)
-      : kind_(kind), mirror_(mirror), settings_(settings) {}
+  /// `kind` and `settings` must outlive it, and stay as they are.
+  ContactEconomy(const ContactsOfKind& kind, const Settings& settings);
 
   /// Returns whether the settings leave out any contact.
-  bool chooses() const;
-  /// Chooses among contacts in the order in which a query returns them. Leaves out those for which `is_used` is 0.
-  void choose(Span<const Contact> contacts, Span<const std::uint8_t> is_used);
-  /// Returns the share of the contact at this index.
-  ContactShare share_of(std::size_t i) const { return i < shares_.size() ? shares_[i] : ContactShare(); }
-  /// Returns the line of explain() about the last choice.
-  StageReport report() const;
-
-  /// The place of a contact's point on its face, its time and its distance.
-  struct Nearest {
-    double distance;
-    float time;
-    std::array<bool, 3> has_corner;  ///< the corners of the smallest feature with the point: face, edge or corner
-    bool is_used, is_turned;
-  };
+  bool chooses() const { return wants_closest_ || settings_.contacts_per_node > 0; }
+  /// Returns whether contacts of these two, one after the other in a query, are chosen among together.
+  bool are_of_one_choice(const Contact& a, const Contact& b) const;
+  /// Chooses among a node's contacts with one body, in the order in which a query returns them.
+  void choose(std::vector<NodeContact>& contacts, std::vector<std::uint32_t>& nearest_first) const;
+  /// Returns whether the solver gets the contact of two edges.
+  bool keeps(const MemberContact& edges) const;
 
  private:
-  void choose_nodes(Span<const Contact> contacts, Span<const std::uint8_t> is_used);
-  void choose_edges(Span<const Contact> contacts);
+  std::uint32_t owner_of(const std::vector<NodeContact>& contacts, const std::vector<std::uint32_t>& nearest_first,
+                         std::size_t place) const;
+  void drop_all_but_nearest(std::vector<NodeContact>& contacts, const std::vector<std::uint32_t>& nearest_first) const;
 
   const ContactsOfKind& kind_;
-  const WorldMirror& mirror_;
   const Settings& settings_;
-  bool is_choosing_ = false;
-  std::vector<Nearest> nearest_;      ///< of the vertex-face contacts, which precede those of edges
-  std::vector<ContactShare> shares_;  ///< of all contacts; if empty, the solver gets each
+  bool wants_closest_, chooses_edges_;
 };
+
+/// Numbers of contacts, of nodes with faces and of edges.
+struct ContactCounts {
+  std::size_t of_nodes = 0, of_edges = 0;
+};
+/// Returns the line of explain() about the last choice, or about none.
+StageReport report_on_economy(bool chooses, const ContactCounts& given, const ContactCounts& all);
 
 }  // namespace softcd::bullet

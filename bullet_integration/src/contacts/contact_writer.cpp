@@ -249,7 +249,29 @@ bool starts_through(const MemberContact& found) {
   return false;
 }
 
-/// Returns the contact that Bullet's CollideVF_SS would make, or none if it would make none.
+}  // namespace
+
+EdgeContact edge_contact_of(const MemberContact& found) {
+  const Contact& contact = found.contact;
+  const auto side = [&](const WorldMirror::Member& member, int first) {
+    EdgeContact::Side result{member.body, {}, {}};
+    for (int i = 0; i < 2; ++i) {
+      result.nodes[i] = static_cast<int>(contact.vertices[first + i]);
+      result.weights[i] = btScalar(contact.weights[first + i]);
+    }
+    return result;
+  };
+  return {side(found.a, 0), side(found.b, 2), to_bullet(contact.normal), btScalar(contact.distance),
+          btScalar(contact.time_of_impact)};
+}
+
+bool has_crossed_to_wrong_side(const MemberContact& found) {
+  const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(found.contact.feature_b)];
+  const int direction = passage(node_of(*found.a.body, found.contact.feature_a), face);
+  const bool leaves_closed_body = direction == found.b.mesh.outward && &found.a != &found.b;
+  return direction != 0 && !leaves_closed_body && !starts_through(found);
+}
+
 std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Detection detection) {
   const Contact& contact = found.contact;
   btSoftBody& node_body = *found.a.body;
@@ -280,62 +302,18 @@ std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Det
   return soft_contact;
 }
 
-}  // namespace
-
-EdgeContact edge_contact_of(const MemberContact& found) {
-  const Contact& contact = found.contact;
-  const auto side = [&](const WorldMirror::Member& member, int first) {
-    EdgeContact::Side result{member.body, {}, {}};
-    for (int i = 0; i < 2; ++i) {
-      result.nodes[i] = static_cast<int>(contact.vertices[first + i]);
-      result.weights[i] = btScalar(contact.weights[first + i]);
-    }
-    return result;
-  };
-  return {side(found.a, 0), side(found.b, 2), to_bullet(contact.normal), btScalar(contact.distance),
-          btScalar(contact.time_of_impact)};
+void carry_others(const ContactShare& share, btSoftBody::SContact& contact) {
+  if (share.is_turned) contact.m_normal *= -1;
+  if (share.count > 1) contact.m_friction = 1 - btPow(1 - contact.m_friction, btScalar(share.count));
+  contact.m_margin -= share.margin_cut;
 }
 
-bool has_crossed_to_wrong_side(const MemberContact& found) {
-  const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(found.contact.feature_b)];
-  const int direction = passage(node_of(*found.a.body, found.contact.feature_a), face);
-  const bool leaves_closed_body = direction == found.b.mesh.outward && &found.a != &found.b;
-  return direction != 0 && !leaves_closed_body && !starts_through(found);
-}
-
-bool is_soft_contact(const MemberContact& found, Detection detection) {
-  return soft_contact(found, detection).has_value();
-}
-
-void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share,
-                        SoftContactBatch& out) {
-  std::optional<btSoftBody::SContact> contact = soft_contact(found, detection);
-  if (!contact) return;
-  const bool is_within_body = found.a.body == found.b.body;
-  if (share.is_turned || (is_within_body && detection == Detection::dcd && has_crossed_to_wrong_side(found))) {
-    contact->m_normal *= -1;
-  }
-  if (share.count > 1) contact->m_friction = 1 - btPow(1 - contact->m_friction, btScalar(share.count));
-  contact->m_margin -= share.margin_cut;
-  out.add(*found.a.body, *contact);
-}
-
-btScalar soft_margin_cut(const MemberContact& one, const std::vector<MemberContact>& several, Detection detection) {
-  const std::optional<btSoftBody::SContact> given = soft_contact(one, detection);
-  if (!given || !(approach_of(*given) > 0)) return 0;
-  const btScalar grown_by = given->m_margin - margin_sum(*one.a.body, *one.b.body);
+btScalar soft_margin_cut(const MemberContact& one, Span<const btSoftBody::SContact> carried, std::size_t place) {
+  const btSoftBody::SContact& given = carried[place];
+  if (!(approach_of(given) > 0)) return 0;
+  const btScalar grown_by = given.m_margin - margin_sum(*one.a.body, *one.b.body);
   if (!(grown_by > 0)) return 0;
-  std::vector<btSoftBody::SContact> contacts;
-  contacts.reserve(several.size());
-  std::size_t place = 0;
-  for (const MemberContact& found : several) {
-    const auto contact = soft_contact(found, detection);
-    if (!contact) continue;
-    if (&found.contact == &one.contact) place = contacts.size();
-    contacts.push_back(*contact);
-  }
-  const btScalar cut = given->m_margin - joint_margin(contacts, place, one.a.body->m_cfg.piterations);
-  return btMin(cut, grown_by);
+  return btMin(given.m_margin - joint_margin(carried, place, one.a.body->m_cfg.piterations), grown_by);
 }
 
 void write_soft_edge_contact(const MemberContact& found, SoftContactBatch& out) {
@@ -364,26 +342,24 @@ void write_soft_edge_contact(const MemberContact& found, SoftContactBatch& out) 
   }
 }
 
-bool is_deformable_contact(const MemberContact& found) {
-  if (!found.a.body->isActive() || !are_near_for_bullet(found)) return false;
+std::optional<btSoftBody::DeformableFaceNodeContact> deformable_contact(const MemberContact& found) {
+  if (!found.a.body->isActive() || !are_near_for_bullet(found)) return std::nullopt;
   const Contact& contact = found.contact;
-  const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
-  const btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
-  return have_velocities(node, face) && node.m_im + inverse_mass_of(face, triangle_weights(contact.weights)) > 0;
+  btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
+  btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
+  const btVector3 weights = triangle_weights(contact.weights);
+  if (!have_velocities(node, face) || !(node.m_im + inverse_mass_of(face, weights) > 0)) return std::nullopt;
+  btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(*found.a.body, node, *found.b.body, face);
+  deformable.m_bary = weights;
+  deformable.m_normal = deformable_normal(found, node, face);
+  deformable.m_margin = margin_sum(*found.a.body, *found.b.body);
+  return deformable;
 }
 
-void write_deformable_contact(const MemberContact& found, const ContactShare& share, DeformableContactBatch& out) {
-  if (!is_deformable_contact(found)) return;
-  const Contact& contact = found.contact;
-  btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
-  btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
-  btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(*found.a.body, node, *found.b.body, face);
-  deformable.m_bary = triangle_weights(contact.weights);
-  deformable.m_normal = deformable_normal(found, node, face);
-  const btScalar margin = margin_sum(*found.a.body, *found.b.body);
-  const btScalar depth = btMax(btScalar(0), margin - btScalar(contact.distance));
-  deformable.m_margin = margin + btScalar(share.count - 1) * depth;
-  out.add(*found.a.body, deformable);
+void carry_others(const MemberContact& found, const ContactShare& share,
+                  btSoftBody::DeformableFaceNodeContact& contact) {
+  const btScalar depth = btMax(btScalar(0), contact.m_margin - btScalar(found.contact.distance));
+  contact.m_margin += btScalar(share.count - 1) * depth;
 }
 
 void write_deformable_edge_contact(const MemberContact& found, DeformableContactBatch& out) {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
+#include <optional>
 
 #include "bodies/world_mirror.hpp"
 #include "contacts/solver_contact_batch.hpp"
@@ -28,21 +28,18 @@ EdgeContact edge_contact_of(const MemberContact& found);
 /// CollideVF_SS, if these make a contact. With `dcd` the boxes of node and face in Bullet's trees have to overlap, too.
 /// Friction is the part of the sideways motion that Bullet's solver removes for a contact. A contact that carries
 /// several removes as much as all of them.
-///
-/// `is_turned` pushes a node back to the side from which it came, where Bullet's formulas push it on. Within a body,
-/// where Bullet has no test, has_crossed_to_wrong_side() alone decides.
-bool is_soft_contact(const MemberContact& found, Detection detection);
-void write_soft_contact(const MemberContact& found, Detection detection, const ContactShare& share,
-                        SoftContactBatch& out);
+/// Returns none where Bullet would make none. carry_others() makes the contact carry others, and turns it.
+std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Detection detection);
+void carry_others(const ContactShare& share, btSoftBody::SContact& contact);
 
 /// Classic worlds: returns whether the node goes through the face in this step, to the wrong side. That excludes a node
 /// that leaves another body, which is closed. It also excludes a node with an edge through the face when the step
 /// begins: then no side is known to be the right one.
 bool has_crossed_to_wrong_side(const MemberContact& found);
 
-/// Classic worlds: returns the margin_cut with which `one` of the `several` written contacts pushes as all of them
-/// would. It is at most what the node's motion adds to both bodies' margins.
-btScalar soft_margin_cut(const MemberContact& one, const std::vector<MemberContact>& several, Detection detection);
+/// Classic worlds: returns the margin_cut with which `one`, at `place` among the contacts that it carries, pushes as
+/// all of them would. It is at most what the node's motion adds to both bodies' margins.
+btScalar soft_margin_cut(const MemberContact& one, Span<const btSoftBody::SContact> carried, std::size_t place);
 
 /// Classic worlds: an edge-edge contact becomes two SContacts, one for each node of one edge, with a face at the other
 /// edge. Together they push the contact's points apart as one contact would.
@@ -51,8 +48,9 @@ void write_soft_edge_contact(const MemberContact& found, SoftContactBatch& out);
 /// Deformable world: a vertex-triangle contact becomes a DeformableFaceNodeContact of the vertex's body by the formulas
 /// of Bullet's CollideVF_DD. Within a body, only where Bullet's rule (CollideFF_DD) has such contacts. A contact that
 /// carries several has a larger margin, so that Bullet's spring pushes as hard as all of them.
-bool is_deformable_contact(const MemberContact& found);
-void write_deformable_contact(const MemberContact& found, const ContactShare& share, DeformableContactBatch& out);
+std::optional<btSoftBody::DeformableFaceNodeContact> deformable_contact(const MemberContact& found);
+void carry_others(const MemberContact& found, const ContactShare& share,
+                  btSoftBody::DeformableFaceNodeContact& contact);
 
 /// Deformable world: an edge-edge contact becomes two DeformableFaceNodeContacts, as above.
 void write_deformable_edge_contact(const MemberContact& found, DeformableContactBatch& out);

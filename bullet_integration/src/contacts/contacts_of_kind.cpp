@@ -1,6 +1,7 @@
 #include "contacts/contacts_of_kind.hpp"
 
 #include "bodies/query_options.hpp"
+#include "contacts/solver_contacts.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -20,30 +21,45 @@ QueryOptions deformable_options(const Settings& settings) {
   return options;
 }
 
+/// Bullet's solver treats contacts in turn.
 struct SoftContacts {
   using Contact = btSoftBody::SContact;
 
   static auto& array(btSoftBody& body) { return body.m_scontacts; }
-  static void add(const MemberContact& found, Detection detection, const ContactShare& share, SoftContactBatch& out) {
-    if (found.contact.kind == ContactKind::edge_edge) {
-      write_soft_edge_contact(found, out);
-    } else {
-      write_soft_contact(found, detection, share, out);
-    }
+  static std::optional<Contact> contact_of(const MemberContact& found, Detection detection) {
+    return soft_contact(found, detection);
   }
+  static bool is_turned(const MemberContact& found, Detection detection, bool is_chosen) {
+    const bool may_turn = is_chosen || found.a.body == found.b.body;
+    return may_turn && detection == Detection::dcd && has_crossed_to_wrong_side(found);
+  }
+  static btScalar margin_cut(const MemberContact& one, Span<const Contact> carried, std::size_t place) {
+    return soft_margin_cut(one, carried, place);
+  }
+  static void carry(const MemberContact& /*found*/, const ContactShare& share, Contact& contact) {
+    carry_others(share, contact);
+  }
+  static void add_edges(const MemberContact& found, SoftContactBatch& out) { write_soft_edge_contact(found, out); }
 };
 
+/// All contacts of a query are within their margins. Springs push at the same time, so no contact ends the approach for
+/// another.
 struct DeformableContacts {
   using Contact = btSoftBody::DeformableFaceNodeContact;
 
   static auto& array(btSoftBody& body) { return body.m_faceNodeContacts; }
-  static void add(const MemberContact& found, Detection /*detection*/, const ContactShare& share,
-                  DeformableContactBatch& out) {
-    if (found.contact.kind == ContactKind::edge_edge) {
-      write_deformable_edge_contact(found, out);
-    } else {
-      write_deformable_contact(found, share, out);
-    }
+  static std::optional<Contact> contact_of(const MemberContact& found, Detection /*detection*/) {
+    return deformable_contact(found);
+  }
+  static bool is_turned(const MemberContact& /*found*/, Detection /*detection*/, bool /*is_chosen*/) { return false; }
+  static btScalar margin_cut(const MemberContact& /*one*/, Span<const Contact> /*carried*/, std::size_t /*place*/) {
+    return 0;
+  }
+  static void carry(const MemberContact& found, const ContactShare& share, Contact& contact) {
+    carry_others(found, share, contact);
+  }
+  static void add_edges(const MemberContact& found, DeformableContactBatch& out) {
+    write_deformable_edge_contact(found, out);
   }
 };
 
@@ -59,23 +75,14 @@ const ContactsOfKind kClassicContacts = {
     .solves_in_turns = true,
     .options = classic_options,
     .asks_gate = [](const Settings&) { return true; },
-    .is_written = is_soft_contact,
-    .is_turned = [](const MemberContact& found,
-                    Detection detection) { return detection == Detection::dcd && has_crossed_to_wrong_side(found); },
-    .margin_cut = soft_margin_cut,
     .make_solver_contacts = make_solver_contacts<SoftContacts>,
 };
 
-// All contacts of a query are within their margins. Springs push at the same time, so no contact ends the approach for
-// another.
 const ContactsOfKind kDeformableContacts = {
     .ends = kDeformableEnds,
     .solves_in_turns = false,
     .options = deformable_options,
     .asks_gate = [](const Settings& settings) { return settings.filter_deformables; },
-    .is_written = [](const MemberContact& found, Detection) { return is_deformable_contact(found); },
-    .is_turned = [](const MemberContact&, Detection) { return false; },
-    .margin_cut = [](const MemberContact&, const std::vector<MemberContact>&, Detection) { return btScalar(0); },
     .make_solver_contacts = make_solver_contacts<DeformableContacts>,
 };
 

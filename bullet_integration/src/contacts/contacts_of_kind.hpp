@@ -1,14 +1,13 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "bodies/node_ends.hpp"
-#include "contacts/contact_writer.hpp"
-#include "contacts/solver_contacts.hpp"
 #include "native/pair_gate.hpp"
 
 namespace softcd::bullet {
+
+class SolverContacts;
 
 /// The differences between the kinds of world in contacts of soft bodies.
 struct ContactsOfKind {
@@ -22,13 +21,7 @@ struct ContactsOfKind {
   QueryOptions (*options)(const Settings&);
   /// Whether PairGate is asked about pairs of soft bodies.
   bool (*asks_gate)(const Settings&);
-  /// Whether a contact gets into Bullet's arrays.
-  bool (*is_written)(const MemberContact&, Detection);
-  /// Whether a contact pushes its node back through the face: see ContactShare.
-  bool (*is_turned)(const MemberContact&, Detection);
-  /// Returns the amount to subtract from the margin of a contact that carries several, itself included.
-  btScalar (*margin_cut)(const MemberContact& one, const std::vector<MemberContact>& several, Detection);
-  /// Makes contacts for Bullet's arrays by contact_writer.hpp. A vertex-face contact may carry several.
+  /// Makes contacts for Bullet's arrays by contact_writer.hpp.
   std::unique_ptr<SolverContacts> (*make_solver_contacts)();
 };
 
