@@ -76,10 +76,30 @@ double edge_length_of(const DetectorScene& scene) {
   return least;
 }
 
+/// Counts the steps by what the detection, the last of a pass, used. Leaves out steps in which nothing may touch.
+struct PassCounts {
+  long served = 0;         ///< by kept pairs alone
+  long partly_served = 0;  ///< by kept pairs, and some triangles were looked up
+  long fresh = 0;          ///< not by kept pairs
+
+  void count(const Statistics& statistics) {
+    if (statistics.active_triangles == 0) return;
+    if (!statistics.reused_pairs) {
+      ++fresh;
+    } else if (statistics.looked_up_triangles == 0) {
+      ++served;
+    } else {
+      ++partly_served;
+    }
+  }
+};
+
 struct Recording {
   std::vector<DetectorScene> steps;
   std::size_t triangles = 0;
   double step_ms = 0;  ///< median, of the simulation with softcd
+  PassCounts contacts, crossings;
+  long steps_with_responses = 0;  ///< of crossing prevention: it detects several times in them
 };
 
 /// Simulates a scene with softcd and keeps steps at equal intervals, including the last one.
@@ -108,6 +128,10 @@ Recording record(const std::string& name, const SimulatedScenesOptions& options)
     const auto start = std::chrono::steady_clock::now();
     scene->step();
     step_ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+    const bullet::WorldDetection& detection = *scene->simulation().detection();
+    recording.contacts.count(detection.contact_report().statistics());
+    recording.crossings.count(detection.crossing_report().statistics());
+    recording.steps_with_responses += detection.crossing_answers().rounds > 0 ? 1 : 0;
     if (!is_kept) continue;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       kept.bodies[b].x_t1 = positions_of(*bodies[b]);
@@ -160,8 +184,11 @@ class Benchmark {
         "### Simulated scenes\n\nMeans over {} steps at equal distances in {} steps of 1/120 second. Milliseconds "
         "without transfers. The paper's are of a GTX 470.\n\n{}\n### Shares of a continuous detection\n\nPer "
         "cent.\n\n{}\n### Cell size\n\nPairs tested in the continuous detection of the last of these steps, in "
-        "thousands, over cell_size_factor: the cells' width in mean radii.\n\n{}\n",
-        options_.samples, options_.steps, table_.text(), shares_.text(), cell_sizes_.text());
+        "thousands, over cell_size_factor: the cells' width in mean radii.\n\n{}\n### Kept pairs\n\nSimulated steps by "
+        "what their detections used: kept pairs alone, kept pairs beside some triangles that were looked up (partly), "
+        "or no kept pairs (fresh). Of crossing prevention the last detection counts. Steps with responses have "
+        "several.\n\n{}\n",
+        options_.samples, options_.steps, table_.text(), shares_.text(), cell_sizes_.text(), kept_.text());
     fmt::print("\n{}", report);
     if (!options_.markdown_file.empty()) write_file(options_.markdown_file, report);
     if (!options_.json_file.empty()) write_json(options_.json_file, json_);
@@ -174,6 +201,7 @@ class Benchmark {
     const Recording recording = record(name, options_);
     const std::optional<double> uniform_tests = tests_of_uniform_grid(recording);
     add_cell_sizes(name, recording.steps.back());
+    add_kept(name, recording);
     for (const Backend backend : options_.backends) {
       fmt::print(stderr, "{}: measuring on {}\n", name, demo::name_of(backend));
       const Means dcd = means(recording, Detection::dcd, Accuracy::fast, backend);
@@ -229,6 +257,15 @@ class Benchmark {
     cell_sizes_.add(row);
   }
 
+  void add_kept(const std::string& name, const Recording& recording) {
+    std::vector<std::string> row = {name};
+    for (const PassCounts& pass : {recording.contacts, recording.crossings}) {
+      for (const long steps : {pass.served, pass.partly_served, pass.fresh}) row.push_back(fmt::to_string(steps));
+    }
+    row.push_back(fmt::to_string(recording.steps_with_responses));
+    kept_.add(row);
+  }
+
   static std::vector<std::string> cell_sizes_header() {
     std::vector<std::string> header = {"scene"};
     for (const float factor : kCellSizeFactors) header.push_back(decimals(static_cast<double>(factor), 1));
@@ -278,6 +315,7 @@ class Benchmark {
                2};
   Table shares_{{"scene", "backend", "volumes", "subdivision", "assignment", "sort", "tests", "features", "narrow"}, 2};
   Table cell_sizes_{cell_sizes_header(), 1};
+  Table kept_{{"scene", "contacts kept", "partly", "fresh", "crossings kept", "partly", "fresh", "with responses"}, 1};
   nlohmann::ordered_json json_ = describe_run("scenes", options_.machine);
 };
 

@@ -40,7 +40,7 @@ inline constexpr std::array kMissing = {missing_members<C, Struct>(), missing_me
 static_assert(kMissing<softcd_scene_options, SceneOptions> == std::array{1, 1});
 static_assert(kMissing<softcd_body_settings, BodySettings> == std::array{1, 0});
 static_assert(kMissing<softcd_query_options, QueryOptions> == std::array{1, 0});
-static_assert(kMissing<softcd_statistics, Statistics> == std::array{2, 11});
+static_assert(kMissing<softcd_statistics, Statistics> == std::array{2, 12});
 
 /// Copies members to those of the same name.
 template <class From, class To>

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <string>
 
 #include "run_program.hpp"
@@ -45,9 +46,17 @@ TEST_F(BenchScenes, steps_of_a_simulation_are_measured) {
   EXPECT_THAT(csv, StartsWith("scene,sample,backend,"));
   EXPECT_THAT(csv, HasSubstr(",ms.total,"));
   const std::string tables = folder_.read("tables.md");
-  for (const char* heading : {"### Simulated scenes", "### Shares of a continuous detection", "### Cell size"}) {
+  for (const char* heading :
+       {"### Simulated scenes", "### Shares of a continuous detection", "### Cell size", "### Kept pairs"}) {
     EXPECT_THAT(tables, HasSubstr(heading));
   }
+  std::istringstream kept_rows(tables.substr(tables.rfind("| tube")));
+  std::string text;
+  int contacts[3] = {};
+  kept_rows >> text >> text >> text;
+  for (int& steps : contacts) kept_rows >> steps >> text;
+  EXPECT_EQ(contacts[0] + contacts[1] + contacts[2], 12) << "steps whose contacts were detected";
+  EXPECT_GT(contacts[2], 0) << "the first detection finds its pairs itself";
   EXPECT_THAT(tables, HasSubstr("| n-body"));
   EXPECT_THAT(tables, HasSubstr("146K")) << "the paper's row";
 }

@@ -49,6 +49,7 @@ struct Statistics {
   /// Whether kept pairs were tested, and those of a few triangles that have moved since: see QueryOptions::reuse_pairs.
   /// There are then no entries and no cells. mean_radius and cell_size are those of the detection that kept the pairs.
   bool reused_pairs = false;
+  std::uint64_t looked_up_triangles = 0;  ///< if pairs were reused: triangles that have moved, and were looked up alone
   /// those that passed every test of the broad phase; neighbours are on a list of their own
   std::uint64_t triangle_pairs = 0;
   std::uint64_t flagged_pairs = 0;  ///< pairs of split triangles that were sorted and made unique

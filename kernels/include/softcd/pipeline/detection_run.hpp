@@ -215,6 +215,7 @@ class DetectionRun {
     statistics.tests =
         stages_.has_reused() ? counters.kept : counters.tests + counters.bigs * counters.grid.active_elements;
     statistics.reused_pairs = stages_.has_reused();
+    statistics.looked_up_triangles = stages_.has_reused() ? counters.escaped : 0;
     statistics.triangle_pairs = query_.total.pairs;
     statistics.flagged_pairs = counters.flagged;
     statistics.vt_candidates = query_.total.vt_candidates;

@@ -149,9 +149,10 @@ inline constexpr auto kFields<Statistics> = fields_of<
     &Statistics::edges, &Statistics::active_triangles, &Statistics::left_out_triangles, &Statistics::mean_radius,
     &Statistics::cell_size, &Statistics::split_triangles, &Statistics::children, &Statistics::big_triangles,
     &Statistics::entries, &Statistics::cells, &Statistics::tests, &Statistics::reused_pairs,
-    &Statistics::triangle_pairs, &Statistics::flagged_pairs, &Statistics::vt_candidates, &Statistics::ee_candidates,
-    &Statistics::vt_contacts, &Statistics::ee_contacts, &Statistics::unsettled_contacts, &Statistics::earliest_toi,
-    &Statistics::peak_bytes, &Statistics::reruns, &Statistics::chunks, &Statistics::ms>();
+    &Statistics::looked_up_triangles, &Statistics::triangle_pairs, &Statistics::flagged_pairs,
+    &Statistics::vt_candidates, &Statistics::ee_candidates, &Statistics::vt_contacts, &Statistics::ee_contacts,
+    &Statistics::unsettled_contacts, &Statistics::earliest_toi, &Statistics::peak_bytes, &Statistics::reruns,
+    &Statistics::chunks, &Statistics::ms>();
 
 template <>
 inline constexpr auto kFields<StageReport> =
