@@ -11,9 +11,9 @@ build/web/page/index.html. The page is one file, which needs no server.
 
 Libraries are compiled once, from the distribution's sources, into build/web/prefix. Needs 2 GB. As root, on Debian 12.
 
-  --try   also compiles the tests of kernels that compare vectors with plain code, and of golden contacts, whose hashes
-          are the native build's, and runs them with node. Runs the page in headless Chromium for 60 steps of each
-          scene, and writes build/web/page.png and the table of step times, build/web/times.txt.
+  --try   also compiles the tests of kernels, and of golden contacts, whose hashes are the native build's, and runs them
+          with node. Runs the page in headless Chromium for 60 steps of each scene, and writes build/web/page.png and the
+          table of step times, build/web/times.txt.
 TEXT
 }
 
@@ -41,6 +41,5 @@ printf '%s: %d bytes, %d compressed\n' "$work/page/index.html" "$(wc -c <"$work/
   "$(gzip -9c "$work/page/index.html" | wc -c)"
 [ ${#programs[@]} -gt 0 ] || exit 0
 
-export GTEST_FILTER='Twins.*:*InLanes*:*GoldenContacts*'
 try_programs "${programs[@]}"
 node demos/web/try.js "$work/page/index.html" "$work/page.png" | tee "$work/times.txt"

@@ -41,13 +41,25 @@ struct Part {
   Color front, back;
 };
 
+/// What finds the contacts between soft bodies.
+struct Detector {
+  Collision collision;
+  bullet::Settings (*settings)();  ///< of softcd
+};
+
+/// In the order of the page's buttons.
+constexpr std::array<Detector, 4> kDetectors = {{{Collision::softcd, bullet::Settings::balanced},
+                                                 {Collision::softcd, bullet::Settings::safe},
+                                                 {Collision::bullet, bullet::Settings::balanced},
+                                                 {Collision::off, bullet::Settings::balanced}}};
+
 constexpr Color kPinColor{0.9F, 0.6F, 0.1F};
 
 /// The page's scene, and what is drawn of it.
 class Page {
  public:
-  explicit Page(const PageScene& scene, Collision collision)
-      : session_(scene.name, options_of(scene, collision)), camera_(session_.scene().view()) {
+  Page(const PageScene& scene, const Detector& detector)
+      : session_(scene.name, options_of(scene, detector)), camera_(session_.scene().view()) {
     read_surfaces();
   }
 
@@ -56,9 +68,10 @@ class Page {
   const std::vector<PinCorner>& vertices() const { return vertices_; }
   const std::vector<Part>& parts() const { return parts_; }
 
-  void use(Collision collision) {
+  void use(const Detector& detector) {
     SceneOptions options = session_.options();
-    options.collision = collision;
+    options.collision = detector.collision;
+    options.settings = detector.settings();
     session_.go_on_with(options);
   }
 
@@ -79,12 +92,11 @@ class Page {
   void release() { drag_.release(); }
 
  private:
-  static SceneOptions options_of(const PageScene& scene, Collision collision) {
+  static SceneOptions options_of(const PageScene& scene, const Detector& detector) {
     SceneOptions options;
-    options.collision = collision;
+    options.collision = detector.collision;
+    options.settings = detector.settings();
     options.size = scene.size;
-    options.settings.detection = Detection::ccd;  // as softcd-demo
-    options.settings.edge_contacts = bullet::EdgeContacts::respond;
     return options;
   }
 
@@ -153,14 +165,12 @@ EMSCRIPTEN_KEEPALIVE const char* page_scene_description(int scene) {
   return find_scene(page_scene_name(scene))->description;
 }
 
-// These three return what went wrong, or an empty text. `collision` is an enumerator of Collision.
-EMSCRIPTEN_KEEPALIVE const char* page_open(int scene, int collision) {
-  return problem_of([&] {
-    page = std::make_unique<Page>(kScenes[static_cast<std::size_t>(scene)], static_cast<Collision>(collision));
-  });
+// These three return what went wrong, or an empty text. `detector` is an index of kDetectors.
+EMSCRIPTEN_KEEPALIVE const char* page_open(std::size_t scene, std::size_t detector) {
+  return problem_of([&] { page = std::make_unique<Page>(kScenes.at(scene), kDetectors.at(detector)); });
 }
-EMSCRIPTEN_KEEPALIVE const char* page_use(int collision) {
-  return problem_of([&] { page->use(static_cast<Collision>(collision)); });
+EMSCRIPTEN_KEEPALIVE const char* page_use(std::size_t detector) {
+  return problem_of([&] { page->use(kDetectors.at(detector)); });
 }
 EMSCRIPTEN_KEEPALIVE const char* page_step() {
   return problem_of([&] { page->step(); });

@@ -1,8 +1,9 @@
 // usage: node try.js PAGE.html PICTURE.png
 //
 // Opens the page in headless Chromium, which is told what to do through a pipe (its DevTools protocol). Makes 60 steps of
-// each scene with softcd and with Bullet's own contacts, and prints a table of medians. Writes a picture of the
-// first scene. Pulls its cloth with the mouse and checks that it follows.
+// each scene with softcd's default and safe settings and with Bullet's own contacts, and prints a table of medians. Safe
+// settings must leave no crossing edge. Writes a picture of the first scene. Clicks on each detector while the scene
+// runs. Pulls its cloth with the mouse and checks that it follows.
 'use strict';
 const {spawn} = require('child_process');
 const fs = require('fs');
@@ -15,6 +16,9 @@ const chromium = spawn('chromium', [
   '--headless', '--no-sandbox', '--disable-gpu-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
   '--window-size=1000,640', '--hide-scrollbars', '--remote-debugging-pipe', `--user-data-dir=${profile}`, 'about:blank',
 ], {stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe']});
+
+// The page's detectors.
+const [kDefault, kSafe, kBullet, kNone] = [0, 1, 2, 3];
 
 const waiting = new Map();
 let received = '';
@@ -58,13 +62,13 @@ async function tryPage() {
     await new Promise(resolve => setTimeout(resolve, 100));
   }
 
-  console.log('scene triangles | softcd: ms a step, contacts, crossing edges | Bullet: the same');
+  console.log('scene triangles | softcd, default: ms a step, contacts, crossing edges | softcd, safe | Bullet');
   const names = await evaluate('Array.from(element("scene").options, option => option.text)');
   for (let scene = 0; scene < names.length; ++scene) {
     const row = [names[scene], await evaluate(`open(${scene}), page.triangles()`)];
-    for (const collision of [0, 1]) {
+    for (const detector of [kDefault, kSafe, kBullet]) {
       const found = await evaluate(`(() => {
-        const problem = page.open(${scene}, ${collision}) || page.step();
+        const problem = page.open(${scene}, ${detector}) || page.step();
         if (problem) return {problem};
         const all = [];
         for (let i = 1; i < 60; ++i) {
@@ -75,7 +79,8 @@ async function tryPage() {
         all.sort((a, b) => a - b);
         return {ms: all[29], contacts: page.contacts(), crossings: page.crossings()};
       })()`);
-      check(!found.problem || collision === 1, `${names[scene]}: ${found.problem}`);
+      check(!found.problem || detector === kBullet, `${names[scene]}: ${found.problem}`);
+      check(detector !== kSafe || found.crossings === 0, `${names[scene]}: ${found.crossings} crossing edges`);
       row.push('|', ...(found.problem ? ['refused'] : [found.ms.toFixed(2), found.contacts, found.crossings]));
     }
     console.log(row.join(' '));
@@ -85,6 +90,15 @@ async function tryPage() {
   await evaluate('for (let i = 0; i < 60; ++i) step()');
   const {data} = await send('Page.captureScreenshot', {format: 'png'}, sessionId);
   fs.writeFileSync(pictureFile, Buffer.from(data, 'base64'));
+
+  // The same scene goes on with each detector.
+  for (const detector of [kBullet, kNone, kSafe, kDefault]) {
+    const problem = await evaluate(
+        `document.querySelector('[name=detector][value="${detector}"]').click(), step(), element("problem").textContent`);
+    check(!problem, `detector ${detector}: ${problem}`);
+    const contacts = await evaluate('page.contacts()');
+    check((contacts > 0) === (detector !== kNone), `detector ${detector}: ${contacts} contacts`);
+  }
 
   // The same steps with and without the mouse, which pulls the cloth upwards.
   const nodes = 'Array.from(new Float32Array(Module.HEAPF32.buffer, page.vertices(), 6 * page.vertex_count()))';

@@ -10,6 +10,7 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
+#if !defined(__EMSCRIPTEN__)
 #if defined(_WIN32)
 constexpr const char* kLibrary = "msvcrt.dll";
 #else
@@ -31,6 +32,7 @@ TEST(LoadedLibrary, SaysWhichFunctionItLacks) {
   EXPECT_EQ(none, nullptr);
   EXPECT_THAT(library.problem(), HasSubstr("softcd_has_no_such_function"));
 }
+#endif
 
 TEST(LoadedLibrary, SaysWhichLibraryIsMissing) {
   LoadedLibrary library("softcd_no_such_library");

@@ -5,7 +5,7 @@
 #define NOMINMAX
 #endif
 #include <windows.h>
-#else
+#elif !defined(__EMSCRIPTEN__)
 #include <dlfcn.h>
 #endif
 
@@ -21,6 +21,8 @@ class LoadedLibrary {
 #if defined(_WIN32)
     library_ = LoadLibraryA(name);
     if (library_ == nullptr) problem_ = name_ + " cannot be loaded: error " + std::to_string(GetLastError());
+#elif defined(__EMSCRIPTEN__)
+    problem_ = name_ + " cannot be loaded: WebAssembly loads no libraries";  // its dlopen() would end the program
 #else
     library_ = dlopen(name, RTLD_NOW | RTLD_LOCAL);
     if (library_ == nullptr) problem_ = dlerror();
@@ -34,7 +36,7 @@ class LoadedLibrary {
     if (library_ == nullptr) return;
 #if defined(_WIN32)
     function = reinterpret_cast<Function*>(reinterpret_cast<void*>(GetProcAddress(library_, name)));
-#else
+#elif !defined(__EMSCRIPTEN__)
     function = reinterpret_cast<Function*>(dlsym(library_, name));
 #endif
     if (function == nullptr) problem_ = name_ + " has no " + name;
