@@ -7,7 +7,7 @@ usage() {
 usage: tests/coverage.sh [PROGRAM...]
 
 Builds softcd for gcov (build/coverage, CPU only) and runs the test PROGRAMs; default: all but those labelled
-`repetition`. Prints the share of the lines of kernels, plugin, bullet_integration, mesh_tools and demos that they have run, by file
+`repetition`. Prints the share of the lines of kernels, plugin, bullet_integration and demos that they have run, by file
 and in all. Writes the same with the lines themselves to build/coverage/html. Leaves out files that are not linked into
 any of the programs. Installs missing tools.
 TEXT
@@ -32,5 +32,5 @@ find build/coverage -name '*.gcda' -delete
 ctest --test-dir build/coverage -C programs -L program "${selection[@]}" -j "$(nproc)" --output-on-failure --no-tests=error
 mkdir -p build/coverage/html
 gcovr --root . --object-directory build/coverage --exclude-throw-branches --exclude-unreachable-branches \
-  --filter kernels/ --filter plugin/ --filter bullet_integration/ --filter mesh_tools/ --filter demos/ \
+  --filter kernels/ --filter plugin/ --filter bullet_integration/ --filter demos/ \
   --html-details build/coverage/html/index.html --txt -

@@ -99,7 +99,9 @@ TEST(EscapedTriangles, that_are_few_are_looked_up_for_long) {
     Query& query = watched.query(looking_for(detection));
     rest(watched, query);
     Random random(7);
+    EXPECT_EQ(query.statistics().looked_up_triangles, 0U);
     int reused = 0;
+    int looked_up = 0;
     std::vector<std::size_t> away;
     for (int step = 0; step < 250; ++step) {
       for (std::size_t i = 0; i < 2; ++i) watched.body(i).x_t0 = watched.body(i).x_t1;
@@ -117,8 +119,11 @@ TEST(EscapedTriangles, that_are_few_are_looked_up_for_long) {
       watched.move_all();
       EXPECT_GT(watched.expect_contacts(query), 50U);
       reused += query.statistics().reused_pairs ? 1 : 0;
+      looked_up += query.statistics().looked_up_triangles > 0 ? 1 : 0;
     }
     EXPECT_GT(reused, 150);
+    EXPECT_LE(looked_up, reused);
+    EXPECT_GT(looked_up, 150);
   }
 }
 
