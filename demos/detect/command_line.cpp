@@ -4,8 +4,6 @@
 
 #include <string>
 
-#include "command_line/option_flags.hpp"
-
 namespace softcd::demo {
 namespace {
 
@@ -23,15 +21,8 @@ void add_frames(CLI::App& app, DetectCommand& command) {
   add_file(app, "t1", command.second_frame, "The same triangles at the end of the step");
 }
 
-/// Adds the options that concern one body, contacts on the host and the frames that are given.
 void add_detection_options(CLI::App& app, DetectCommand& command) {
-  add_fields<SceneOptions>(app, command.options);
-  add_fields<QueryOptions>(
-      app, command.options,
-      {"motion_margin", "step_end", "margins", "neighbour_filters", "reuse_pairs", "contacts_on_device"});
-  add_fields<BodySettings>(app, command.settings,
-                           {"filter_group", "filter_mask", "self_collision", "kinematic", "vertex_triangle",
-                            "edge_edge", "batch", "rest_distance"});
+  for_each_option(command, [&](auto field, auto& options) { add_field(app, field, options); });
 }
 
 void add_output_options(CLI::App& app, DetectCommand& command) {

@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <type_traits>
 
-#include "command_line/option_flags.hpp"
 #include "command_line/stage_times.hpp"
 #include "command_line/statistics_json.hpp"
 
@@ -36,19 +37,6 @@ double length_of(const IntersectionRegions& found) {
   double length = 0;
   for (const IntersectionCurve& curve : found.curves) length += curve.length;
   return length;
-}
-
-/// Adds all options by name.
-template <class Options>
-void add_options(nlohmann::ordered_json& json, const Options& options) {
-  for_each_flag<Options>({}, [&](auto field) {
-    using Value = typename decltype(field)::Value;
-    if constexpr (std::is_enum_v<Value>) {
-      json[field.kName] = name_of(field.of(options));
-    } else {
-      json[field.kName] = field.of(options);
-    }
-  });
 }
 
 }  // namespace
@@ -110,9 +98,13 @@ void write_contacts(const std::string& file, Span<const Contact> contacts) {
 void write_json(const DetectCommand& command, const Statistics& statistics) {
   nlohmann::ordered_json json = {
       {"t0", command.first_frame}, {"t1", command.second_frame}, {"repeat", command.repetitions}};
-  add_options<SceneOptions>(json, command.options);
-  add_options<QueryOptions>(json, command.options);
-  add_options<BodySettings>(json, command.settings);
+  for_each_option(command, [&](auto field, const auto& options) {
+    if constexpr (std::is_enum_v<typename decltype(field)::Value>) {
+      json[field.kName] = name_of(field.of(options));
+    } else {
+      json[field.kName] = field.of(options);
+    }
+  });
   add_statistics(json, statistics);
   // File names may hold any bytes.
   write_file(command.json_file, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");

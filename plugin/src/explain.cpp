@@ -110,7 +110,7 @@ void explain_comparison(const QueryOptions& options, const Decisions& decisions,
 
 }  // namespace
 
-const char* name_of(DetectionStage stage) {
+const char* softcd::name_of(DetectionStage stage) {
   const auto place = static_cast<std::uint32_t>(stage);
   return place < kStagesInWords.size() ? kStagesInWords[place] : "unknown";
 }
