@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "soft_body_steps.hpp"
 #include "warned_simulation.hpp"
 
 namespace softcd::test {
@@ -175,6 +176,74 @@ TEST_P(TouchingBodiesAgain, get_no_more_energy_than_gravity_gives_them) {
     most = std::max(most, energy(*cloths[0], gravity) + energy(*cloths[1], gravity));
   });
   EXPECT_LT(most, start + 1e-3);
+}
+
+/// Bodies at distances below every rounding. They do not touch, so they have sides, and must stay on them.
+class NearlyTouchingBodies : public TouchingBodies {
+ protected:
+  btSoftBody& add_flat_at(int nodes_per_side, btScalar shift, btScalar height) {
+    return add_cloth(nodes_per_side, 1,
+                     [=](btScalar x, btScalar z) { return btVector3(x + shift, height, z + shift); });
+  }
+  /// Throws a cloth at the floor, whose border alone is held if `is_drum`. Returns the number of steps in which a node
+  /// meets a face, or that end with an edge in a face.
+  int throw_at_floor(btSoftBody& floor, btSoftBody& cloth, btScalar speed, btScalar step_length, bool is_drum) {
+    for (int n = 0; n < floor.m_nodes.size(); ++n) {
+      const btVector3& x = floor.m_nodes[n].m_x;
+      if (is_drum && btMax(btFabs(x.x()), btFabs(x.z())) < 1) floor.setMass(n, 16);
+    }
+    cloth.setVelocity(btVector3(0, -speed, 0));
+    CrossingFinder finder({&floor, &cloth});
+    int crossed = 0;
+    for (int i = 0; i < 12; ++i) {
+      simulation.step(step_length);
+      const bool is_passed = !finder.find().empty();
+      crossed += is_passed || count_edges({&floor, &cloth}) > 0 ? 1 : 0;
+    }
+    return crossed;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Worlds, NearlyTouchingBodies, kLookingWorlds, world_name);
+
+// With and without contacts that push them apart.
+TEST_P(NearlyTouchingBodies, stay_on_their_sides) {
+  for (const bool is_drum : {false, true}) {
+    for (const btScalar shift : {btScalar(0), btScalar(0.03125), btScalar(0.625)}) {
+      for (const int iterations : {0, 4}) {
+        SCOPED_TRACE(testing::Message() << is_drum << ' ' << shift << ' ' << iterations);
+        btSoftBody& floor = add_floor();
+        btSoftBody& cloth = add_flat_at(6, shift, btScalar(0x1p-54));
+        floor.m_cfg.piterations = cloth.m_cfg.piterations = iterations;
+        EXPECT_EQ(throw_at_floor(floor, cloth, 20, btScalar(1) / 240, is_drum), 0);
+        EXPECT_TRUE(warnings.empty()) << warnings[0];
+        warnings.clear();
+        simulation.remove(floor);
+        simulation.remove(cloth);
+      }
+    }
+  }
+}
+
+class NearlyTouchingInTheClassicWorld : public NearlyTouchingBodies {};
+INSTANTIATE_TEST_SUITE_P(Worlds, NearlyTouchingInTheClassicWorld, testing::Values(World::one_line), world_name);
+
+TEST_P(NearlyTouchingInTheClassicWorld, have_contacts) {
+  add_floor();
+  const btSoftBody& cloth = add_flat_at(6, btScalar(0.03125), btScalar(0x1p-54));
+  simulation.step();
+  EXPECT_GT(cloth.m_scontacts.size(), 0);
+}
+
+// In double precision the cloth ends a step 2^-53 m above the floor.
+TEST_P(NearlyTouchingBodies, that_a_step_brings_there_do_not_pass) {
+  for (const btScalar shift : {btScalar(0), btScalar(0.5), btScalar(0.53)}) {
+    btSoftBody& floor = add_floor();
+    btSoftBody& cloth = add_flat_at(11, shift, btScalar(0.5));
+    EXPECT_EQ(throw_at_floor(floor, cloth, 20, btScalar(1) / 240, /*is_drum=*/true), 0) << shift;
+    simulation.remove(floor);
+    simulation.remove(cloth);
+  }
+  EXPECT_TRUE(warnings.empty()) << warnings[0];
 }
 
 }  // namespace

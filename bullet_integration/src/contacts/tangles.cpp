@@ -11,6 +11,7 @@
 #include "bodies/vectors.hpp"
 #include "softcd/core/vec3.hpp"
 #include "softcd/math/closest_point.hpp"
+#include "softcd/math/orientation.hpp"
 #include "softcd/math/scalar.hpp"
 #include "softcd/mesh/features.hpp"
 
@@ -23,15 +24,9 @@ using Corners = std::array<Vec3d, 3>;
 /// determinant.
 constexpr double kRounding = 1e-14;
 
-/// Points that are farther apart along an axis than this certainly do not touch. Relative to the distance of the
-/// farthest points.
-constexpr double kClearGap = 1e-12;
-
-/// Returns whether the first `count_a` points lie beyond the others along x, y or z, with a clear gap.
+/// Returns whether the first `count_a` points lie beyond the others along x, y or z. Exact, however narrow the gap is.
 template <std::size_t kCount>
 bool are_clear_along_an_axis(const std::array<Vec3d, kCount>& x, std::size_t count_a) {
-  double widest_gap = 0;
-  double extent = 0;
   for (int axis = 0; axis < 3; ++axis) {
     double low[2] = {x[0][axis], x[count_a][axis]};
     double high[2] = {low[0], low[1]};
@@ -40,10 +35,9 @@ bool are_clear_along_an_axis(const std::array<Vec3d, kCount>& x, std::size_t cou
       low[side] = std::min(low[side], x[i][axis]);
       high[side] = std::max(high[side], x[i][axis]);
     }
-    widest_gap = std::max(widest_gap, std::max(low[0] - high[1], low[1] - high[0]));
-    extent = std::max(extent, std::max(high[0], high[1]) - std::min(low[0], low[1]));
+    if (low[0] > high[1] || low[1] > high[0]) return true;
   }
-  return widest_gap > kClearGap * extent;
+  return false;
 }
 
 Vec3d place_of(const WorldMirror::Member& member, std::uint32_t node, NodePosition position) {
@@ -62,8 +56,6 @@ class Plane {
   Plane(Vec3d origin, Vec3d u, Vec3d w)
       : origin_(origin), normal_(cross(u, w)), error_(kRounding * max_norm(u) * max_norm(w)) {}
 
-  static Plane through(Vec3d a, Vec3d b, Vec3d c) { return {a, b - a, c - a}; }
-
   /// Returns whether the directions are parallel, up to rounding.
   bool is_degenerate() const { return !(max_norm(normal_) > error_); }
 
@@ -80,8 +72,15 @@ class Plane {
   double error_;
 };
 
-std::array<int, 3> sides_of(const Corners& corners, const Plane& plane) {
-  return {plane.side_of(corners[0]), plane.side_of(corners[1]), plane.side_of(corners[2])};
+/// Returns 1 or -1 for the side of the plane through a, b and c on which the point lies, or exactly 0 in the plane.
+int side_of_plane(Vec3d a, Vec3d b, Vec3d c, Vec3d point) {
+  return -orientation(a, b, c, point);
+}
+
+/// Returns the sides of the other triangle's plane on which the corners lie.
+std::array<int, 3> sides_of(const Corners& corners, const Corners& other) {
+  const auto side_of = [&other](Vec3d corner) { return side_of_plane(other[0], other[1], other[2], corner); };
+  return {side_of(corners[0]), side_of(corners[1]), side_of(corners[2])};
 }
 
 /// Rotates the corners so that the one that is alone on its side is first. Returns false if no two are on different
@@ -100,13 +99,13 @@ bool put_lone_corner_first(Corners& corners, std::array<int, 3>& sides) {
 /// (2003). The lone corners are first, and on the other triangle's positive side. On the line that the planes share,
 /// each triangle then begins before the other ends.
 bool do_triangles_intersect(Corners a, Corners b) {
-  std::array<int, 3> sides_of_a = sides_of(a, Plane::through(b[0], b[1], b[2]));
+  std::array<int, 3> sides_of_a = sides_of(a, b);
   if (!put_lone_corner_first(a, sides_of_a)) return false;
-  std::array<int, 3> sides_of_b = sides_of(b, Plane::through(a[0], a[1], a[2]));
+  std::array<int, 3> sides_of_b = sides_of(b, a);
   if (!put_lone_corner_first(b, sides_of_b)) return false;
   if (sides_of_a[0] < 0) std::swap(b[1], b[2]);
   if (sides_of_b[0] < 0) std::swap(a[1], a[2]);
-  return Plane::through(a[0], a[1], b[0]).side_of(b[1]) < 0 && Plane::through(a[0], a[2], b[2]).side_of(b[0]) < 0;
+  return side_of_plane(a[0], a[1], b[0], b[1]) < 0 && side_of_plane(a[0], a[2], b[2], b[0]) < 0;
 }
 
 /// Links are represented as triangles that repeat their second corner.
@@ -116,11 +115,11 @@ bool is_link(const Corners& corners) {
 
 /// Returns whether a link passes through the inside of a triangle.
 bool goes_through(const Corners& link, const Corners& face) {
-  const Plane plane = Plane::through(face[0], face[1], face[2]);
-  if (plane.side_of(link[0]) * plane.side_of(link[1]) >= 0) return false;
-  const int side = Plane::through(link[0], link[1], face[0]).side_of(face[1]);
-  return side != 0 && Plane::through(link[0], link[1], face[1]).side_of(face[2]) == side &&
-         Plane::through(link[0], link[1], face[2]).side_of(face[0]) == side;
+  const auto side_of_face = [&face](Vec3d end) { return side_of_plane(face[0], face[1], face[2], end); };
+  if (side_of_face(link[0]) * side_of_face(link[1]) >= 0) return false;
+  const int side = side_of_plane(link[0], link[1], face[0], face[1]);
+  return side != 0 && side_of_plane(link[0], link[1], face[1], face[2]) == side &&
+         side_of_plane(link[0], link[1], face[2], face[0]) == side;
 }
 
 /// Returns false for two links, for which this cannot be decided.
@@ -263,6 +262,15 @@ class FeaturePair {
 
   double extent() const { return extent_; }
 
+  /// Returns whether features that touch up to rounding are nevertheless apart, as their nodes are in no common plane.
+  /// Exact. Ends of two edges also count as apart where they are at different places: the pairs of either node with the
+  /// other's faces decide.
+  bool are_apart(const Touch& touch) const {
+    if (orientation(x_[0], x_[1], x_[2], x_[3]) != 0) return true;
+    return count_a_ == 2 && touch.nodes_a.size() == 1 && touch.nodes_b.size() == 1 &&
+           place_of(sides_.a, touch.nodes_a[0], sides_.start_a) != place_of(sides_.b, touch.nodes_b[0], sides_.start_b);
+  }
+
   std::optional<Touch> touch() const {
     if (are_clear_along_an_axis(x_, count_a_)) return {};
     const ClosestPoints<double> closest = closest_points();
@@ -313,8 +321,9 @@ bool any_touch(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b, P
   const std::uint32_t(&a)[3] = triangle_a.v;
   const std::uint32_t(&b)[3] = triangle_b.v;
   const auto holds_at = [&](std::size_t count_a, const std::array<std::uint32_t, 4>& nodes) {
-    const std::optional<Touch> touch = FeaturePair(sides, count_a, nodes).touch();
-    return touch.has_value() && holds(*touch);
+    const FeaturePair features(sides, count_a, nodes);
+    const std::optional<Touch> touch = features.touch();
+    return touch.has_value() && !features.are_apart(*touch) && holds(*touch);
   };
   for (int i = 0; i < 3; ++i) {
     if (holds_at(1, {a[i], b[0], b[1], b[2]}) || holds_at(3, {a[0], a[1], a[2], b[i]})) return true;
@@ -329,7 +338,7 @@ bool any_touch(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b, P
 /// Returns false if rounding may have decided.
 bool are_apart(const Corners& a, const Corners& b) {
   const auto is_beside = [](const Corners& face, const Corners& other) {
-    const std::array<int, 3> sides = sides_of(face, Plane::through(other[0], other[1], other[2]));
+    const std::array<int, 3> sides = sides_of(face, other);
     return sides[0] != 0 && sides[1] == sides[0] && sides[2] == sides[0];
   };
   const std::array<Vec3d, 6> both = {a[0], a[1], a[2], b[0], b[1], b[2]};
@@ -360,6 +369,9 @@ bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint3
   return intersect(a, b) ||
          any_touch(sides, face_a, face_b, [&](const Touch& touch) { return are_through_at(touch, sides); });
 }
+
+/// Gap along a contact's normal beyond which rounding certainly does not decide, relative to the distances.
+constexpr double kClearGap = 1e-12;
 
 /// Returns whether a gap along the contact's normal certainly separates all faces at one feature from all faces at the
 /// other. Then none of them have points in common.
@@ -418,6 +430,20 @@ bool may_be_tangled_at_the_end(const MemberContact& found, const NodeEnds& ends)
   return are_links(found) || any_two_faces(found, [&](std::uint32_t face_a, std::uint32_t face_b) {
            return intersect(corners_of(found.a, face_a, ends.end), corners_of(found.b, face_b, ends.end));
          });
+}
+
+bool change_sides(const MemberContact& found, const NodeEnds& ends) {
+  const auto side_at = [&found](NodePosition position_a, NodePosition position_b) {
+    const std::uint32_t(&v)[4] = found.contact.vertices;
+    const std::uint32_t count_a = found.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
+    const auto place = [&](std::uint32_t i) {
+      return i < count_a ? place_of(found.a, v[i], position_a) : place_of(found.b, v[i], position_b);
+    };
+    return orientation(place(0), place(1), place(2), place(3));
+  };
+  const Sides sides(found, ends);
+  const int start = side_at(sides.start_a, sides.start_b);
+  return start != 0 && side_at(ends.end, ends.end) != start;
 }
 
 void TangledNodes::add(const MemberContact& found, const NodeEnds& ends) {

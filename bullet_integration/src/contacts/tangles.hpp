@@ -12,8 +12,8 @@ namespace softcd::bullet {
 
 /// Returns whether any two faces that share no node are tangled at the start of the step. One is at the first feature
 /// (around the vertex, or at the edge), the other at the second (the triangle, or at the edge). They are tangled if
-/// - they certainly intersect, or
-/// - they touch, up to the rounding of double, and the faces around the shared point are on both sides of each other.
+/// - their insides have points in common, exactly, or
+/// - they touch, and the faces around the shared point are on both sides of each other.
 ///   This is the case where a sheet passes through another along its edges.
 /// Faces that touch from one side or lie in one plane do not count, nor do two links.
 bool is_tangled(const MemberContact& found, const NodeEnds& ends);
@@ -21,10 +21,15 @@ bool is_tangled(const MemberContact& found, const NodeEnds& ends);
 /// Returns whether the features touch at the start of the step, up to the rounding of double, and are not both links.
 bool is_touching(const MemberContact& found, const NodeEnds& ends);
 
-/// Returns whether such faces certainly intersect at the end of the step, or both features are links. If features touch
-/// at the start and this is false, they intersect nothing at the end, unless other features have met in between. For an
-/// edge enters a face at one of its ends, or at an edge of the face, and the features there are found.
+/// Returns whether the insides of such faces have points in common at the end of the step, or both features are links.
+/// If features touch at the start and this is false, they intersect nothing at the end, unless other features have met
+/// in between. For an edge enters a face at one of its ends, or at an edge of the face, and the features there are
+/// found.
 bool may_be_tangled_at_the_end(const MemberContact& found, const NodeEnds& ends);
+
+/// Returns whether the vertex starts on one side of the triangle's plane, or the one edge on one side of the other, and
+/// does not end there. Exact: features may be nearer to each other than any rounding and still have sides.
+bool change_sides(const MemberContact& found, const NodeEnds& ends);
 
 /// The nodes of tangled features, each with the object that it is tangled with.
 class TangledNodes {

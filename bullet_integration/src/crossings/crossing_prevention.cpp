@@ -154,9 +154,11 @@ bool CrossingPrevention::is_of_unanswered_link(const MemberContact& found) const
          !(found.a.mesh.segments.empty() && found.b.mesh.segments.empty());
 }
 
-/// Returns whether the features touch at the start and stay untangled: they may separate, slide or stay.
+/// Returns whether the features touch at the start and stay untangled: they may separate, slide or stay. Features that
+/// touch only up to rounding stay on their sides.
 bool CrossingPrevention::may_stay(const MemberContact& found) const {
-  return found.contact.time_of_impact <= 0 && !may_be_tangled_at_the_end(found, kind_.ends);
+  return found.contact.time_of_impact <= 0 && !change_sides(found, kind_.ends) &&
+         !may_be_tangled_at_the_end(found, kind_.ends);
 }
 
 std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {

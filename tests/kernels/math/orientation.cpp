@@ -18,7 +18,8 @@ namespace {
 
 using Rational = boost::multiprecision::cpp_rational;
 
-int reference(const Vec3f (&x)[4]) {
+template <class T>
+int reference(const Vec3<T> (&x)[4]) {
   Rational d[3][3];
   for (int row = 0; row < 3; ++row) {
     for (int axis = 0; axis < 3; ++axis) d[row][axis] = Rational(x[row][axis]) - Rational(x[3][axis]);
@@ -70,6 +71,28 @@ TEST(Orientation, is_the_exact_one) {
     zeros += expected == 0 ? 1 : 0;
   }
   EXPECT_GT(zeros, 400);
+}
+
+// Points in a plane up to the rounding of double, and then some that are moved by far less.
+TEST(Orientation, of_doubles_is_the_exact_one) {
+  Random random(9);
+  int zeros = 0;
+  for (int i = 0; i < 4000; ++i) {
+    Vec3d x[4];
+    for (Vec3d& p : x) p = random.in_box(1.0);
+    const double u = random.uniform(-1, 2);
+    const double v = random.uniform(-1, 2);
+    x[3] = (1.0 - u - v) * x[0] + u * x[1] + v * x[2];
+    if (i % 2 == 0) {
+      for (Vec3d& p : x) p = {std::round(3 * p.x), std::round(3 * p.y), std::round(3 * p.z)};
+    }
+    if (i % 3 == 0) x[random.below(4)].x += std::exp2(random.uniform(-300, -40));
+    const int expected = reference(x);
+    ASSERT_EQ(orientation(x[0], x[1], x[2], x[3]), expected) << "points " << i;
+    ASSERT_EQ(orientation(x[1], x[0], x[2], x[3]), -expected) << "points " << i;
+    zeros += expected == 0 ? 1 : 0;
+  }
+  EXPECT_GT(zeros, 100);
 }
 
 TEST(Orientation, is_exact_at_the_ends_of_floats_range) {

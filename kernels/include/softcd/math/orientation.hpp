@@ -6,24 +6,36 @@
 #include "softcd/math/scalar.hpp"
 
 /// Finds the side of a plane on which a point lies. The result is exact for all finite float32 coordinates: neither the
-/// computation in double nor the exact sum that follows when needed leaves double's range.
+/// computation in double nor the exact sum that follows when needed leaves double's range. For doubles it is exact
+/// unless a product of three coordinates overflows, or a part of one underflows.
 namespace softcd {
 namespace detail {
 
-/// The 24 products of three coordinates in a determinant of differences, two parts each.
-using DeterminantSum = ExactSum<48>;
+/// The 24 products of three coordinates in a determinant of differences: two parts each, or four of doubles.
+template <class T>
+using DeterminantSum = ExactSum<sizeof(T) == sizeof(float) ? 48 : 96>;
 
-/// Adds sign a b c; a b is exact.
-SOFTCD_HD inline void add_product(DeterminantSum& sum, double sign, float a, float b, float c) {
-  const double left = static_cast<double>(a) * static_cast<double>(b);
-  const auto right = static_cast<double>(c);
+/// Adds left times right, exactly.
+template <class Sum>
+SOFTCD_HD inline void add_product_of_two(Sum& sum, double left, double right) {
   const double product = left * right;
-  sum.add(sign * product_rest(left, right, product));
-  sum.add(sign * product);
+  sum.add(product_rest(left, right, product));
+  sum.add(product);
+}
+
+/// Adds sign a b c. The product a b of floats is exact.
+SOFTCD_HD inline void add_product(DeterminantSum<float>& sum, double sign, float a, float b, float c) {
+  add_product_of_two(sum, sign * (static_cast<double>(a) * static_cast<double>(b)), static_cast<double>(c));
+}
+SOFTCD_HD inline void add_product(DeterminantSum<double>& sum, double sign, double a, double b, double c) {
+  const DoubleDouble left = exact_product(a, b);
+  add_product_of_two(sum, sign * left.lo, c);
+  add_product_of_two(sum, sign * left.hi, c);
 }
 
 /// Adds sign a . (b x c).
-SOFTCD_HD inline void add_triple_product(DeterminantSum& sum, double sign, Vec3f a, Vec3f b, Vec3f c) {
+template <class T>
+SOFTCD_HD inline void add_triple_product(DeterminantSum<T>& sum, double sign, Vec3<T> a, Vec3<T> b, Vec3<T> c) {
   for (int axis = 0; axis < 3; ++axis) {
     const int next = axis == 2 ? 0 : axis + 1;
     const int last = axis == 0 ? 2 : axis - 1;
@@ -32,19 +44,21 @@ SOFTCD_HD inline void add_triple_product(DeterminantSum& sum, double sign, Vec3f
   }
 }
 
-SOFTCD_HD_LONG inline int exact_orientation(Vec3f a, Vec3f b, Vec3f c, Vec3f d) {
-  DeterminantSum sum;
-  add_triple_product(sum, 1.0, a, b, c);
-  add_triple_product(sum, -1.0, d, b, c);
-  add_triple_product(sum, -1.0, a, d, c);
-  add_triple_product(sum, -1.0, a, b, d);
+template <class T>
+SOFTCD_HD_LONG inline int exact_orientation(Vec3<T> a, Vec3<T> b, Vec3<T> c, Vec3<T> d) {
+  DeterminantSum<T> sum;
+  add_triple_product<T>(sum, 1.0, a, b, c);
+  add_triple_product<T>(sum, -1.0, d, b, c);
+  add_triple_product<T>(sum, -1.0, a, d, c);
+  add_triple_product<T>(sum, -1.0, a, b, d);
   return sum.sign();
 }
 
 }  // namespace detail
 
 /// Returns the sign of (a - d) . ((b - d) x (c - d)); exactly 0 where the four points are coplanar.
-SOFTCD_HD inline int orientation(Vec3f a, Vec3f b, Vec3f c, Vec3f d) {
+template <class T>
+SOFTCD_HD inline int orientation(Vec3<T> a, Vec3<T> b, Vec3<T> c, Vec3<T> d) {
   const Vec3d from = vec3_cast<double>(d);
   const Vec3d u = vec3_cast<double>(a) - from;
   const Vec3d v = vec3_cast<double>(b) - from;
