@@ -30,6 +30,11 @@ if(NOT softcd_is_shared)
   endif()
 endif()
 
+set(softcd_pc_cflags "")
+if(MINGW AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  set(softcd_pc_cflags " -fno-ipa-ra")  # see SOFTCD_MINGW_OPTIONS
+endif()
+
 configure_file("${PROJECT_SOURCE_DIR}/cmake/softcd.pc.in" "${PROJECT_BINARY_DIR}/softcd.pc" @ONLY)
 install(FILES "${PROJECT_BINARY_DIR}/softcd.pc" DESTINATION "${softcd_pc_dir}" COMPONENT development)
 

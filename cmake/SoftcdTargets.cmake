@@ -19,6 +19,10 @@ else()
   add_compile_definitions(SOFTCD_SERIAL)
 endif()
 
+# Of the copies of an inline function, the linker keeps one. g++ for Windows takes that of the source it compiles for it,
+# and expects registers that this copy leaves alone to survive a call.
+set(SOFTCD_MINGW_OPTIONS $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-ipa-ra>)
+
 # The standard, warnings, and contraction off on both sides (g++ and nvcc would otherwise fuse a * b + c, each
 # where it likes), so that the CPU and CUDA compute the same bytes. MSVC fuses only if /fp:contract asks for it.
 function(softcd_target_options target)
@@ -35,10 +39,8 @@ function(softcd_target_options target)
       $<$<COMPILE_LANGUAGE:CXX>:/fp:precise /permissive- /Zc:__cplusplus /utf-8 /bigobj /W3>)
     return()
   endif()
-  if(MINGW AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # Of the copies of an inline function, the linker keeps one. g++ for Windows takes that of the source it compiles for it,
-    # and expects registers that this copy leaves alone to survive a call.
-    target_compile_options(${target} PRIVATE -fno-ipa-ra)
+  if(MINGW)
+    target_compile_options(${target} PRIVATE ${SOFTCD_MINGW_OPTIONS})
   endif()
   set(warnings -Wall -Wextra -Wshadow -Wconversion -Wnon-virtual-dtor -Woverloaded-virtual)
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>
@@ -62,6 +64,9 @@ endif()
 function(softcd_library_options target)
   set_target_properties(${target} PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${SOFTCD_ABI_VERSION}
                                              INSTALL_RPATH "${SOFTCD_RPATH_ORIGIN}")
+  if(MINGW)
+    target_compile_options(${target} INTERFACE ${SOFTCD_MINGW_OPTIONS})
+  endif()
 endfunction()
 
 # A module that another program loads. It finds libraries beside it, and exports only names that match `pattern`. Windows
