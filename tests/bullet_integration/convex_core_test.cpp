@@ -1,6 +1,6 @@
 // Cores of convex shapes, compared with Bullet's own support functions.
 
-#include "rigid/convex_core.hpp"
+#include "bodies/convex_core.hpp"
 
 #include <gtest/gtest.h>
 

@@ -12,11 +12,11 @@
 
 #include "BulletSoftBody/btSoftBodyHelpers.h"
 #include "bodies/body_mesh.hpp"
+#include "bodies/rigid_mesh.hpp"
+#include "bodies/rigid_placement.hpp"
 #include "crossings/constrained_nodes.hpp"
 #include "random.hpp"
 #include "rigid/rigid_contact_writer.hpp"
-#include "rigid/rigid_mesh.hpp"
-#include "rigid/rigid_placement.hpp"
 #include "soft_body_support.hpp"
 #include "worlds/world_step.hpp"
 
@@ -70,8 +70,8 @@ TEST(RigidMeshPart, has_each_triangle_once) {
   }
   const btBvhTriangleMeshShape shape(&triangles, /*useQuantizedAabbCompression=*/false);
   bullet::RigidMesh mesh;
-  const bullet::RigidBox left = {{-1, -1, -1}, {5, 1, 2}};
-  const bullet::RigidBox right = {{3, -1, -1}, {9, 1, 2}};
+  const bullet::Bounds left = {{-1, -1, -1}, {5, 1, 2}};
+  const bullet::Bounds right = {{3, -1, -1}, {9, 1, 2}};
   EXPECT_TRUE(mesh.read(shape, {left, right}));
   EXPECT_EQ(mesh.triangles().size(), std::size_t(kStrip));
   EXPECT_EQ(mesh.vertex_count(), 2U * kStrip + 1U);
@@ -91,7 +91,7 @@ TEST(BoxInShape, holds_all_vertices_that_pass_through_the_box) {
     const btTransform t0(btQuaternion::getIdentity(), place_in_box(random, 1));
     const btTransform t1(btQuaternion(axis, btScalar(random.uniform(0.5, 2.0))), place_in_box(random, 1));
     const btVector3 centre = place_in_box(random, 2);
-    const bullet::RigidBox inside = bullet::box_in_shape({centre - half, centre + half}, {t0, t1});
+    const bullet::Bounds inside = bullet::box_in_shape({centre - half, centre + half}, {t0, t1});
     for (int sample = 0; sample < 50; ++sample) {
       const btVector3 place = centre + place_in_box(random, 0.1);
       const auto time = btScalar(random.unit());

@@ -52,7 +52,7 @@ BodyDesc desc_of(const BodyMesh& mesh, const BodySettings& settings) {
 }  // namespace
 
 WorldMirror::WorldMirror(const NodeEnds& ends, const Settings& settings)
-    : ends_(ends), settings_(settings), scene_(scene_options(settings), settings.log) {}
+    : ends_(ends), settings_(settings), scene_(scene_options(settings), settings.log), rigid_(ends, scene_) {}
 
 void WorldMirror::follow_settings() {
   if (scene_options(settings_) != scene_.options()) scene_.set_options(scene_options(settings_));
@@ -113,10 +113,10 @@ void WorldMirror::pass_on_filters(Member& member) {
   member.filters = number;
 }
 
-/// Removes the members that are not among these bodies, and those for which is_kept(member) is false.
+/// Removes the members that are neither among these bodies nor proxies, and those for which is_kept(member) is false.
 template <class Predicate>
-void WorldMirror::keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies, Predicate is_kept) noexcept {
-  for (const Span<btSoftBody* const> present : {bodies, proxies}) {
+void WorldMirror::keep(Span<btSoftBody* const> bodies, Predicate is_kept) noexcept {
+  for (const Span<btSoftBody* const> present : {bodies, rigid_.proxies.bodies()}) {
     for (btSoftBody* body : present) {
       const auto known = members_.find(BodyKey(*body));
       if (known != members_.end()) known->second.is_in_world = is_kept(known->second);
@@ -133,16 +133,16 @@ void WorldMirror::keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> p
   }
 }
 
-void WorldMirror::begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies) noexcept {
+void WorldMirror::begin_step(Span<btSoftBody* const> bodies) noexcept {
   keep_filters_of(bodies);
   const bool keeps_some = !std::exchange(forgets_all_, false);
-  keep(bodies, proxies, [&](const Member& member) { return keeps_some && member.last_step == step_; });
+  keep(bodies, [&](const Member& member) { return keeps_some && member.last_step == step_; });
   for (auto& [body, member] : members_) member.topology_changed = false;
   ++step_;
 }
 
-void WorldMirror::resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies) noexcept {
-  keep(bodies, proxies, [](const Member& /*member*/) { return true; });
+void WorldMirror::resume_step(Span<btSoftBody* const> bodies) noexcept {
+  keep(bodies, [](const Member& /*member*/) { return true; });
   for (auto& [body, member] : members_) member.last_compared = 0;
 }
 

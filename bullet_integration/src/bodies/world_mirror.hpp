@@ -6,6 +6,7 @@
 #include "bodies/body_key.hpp"
 #include "bodies/body_mesh.hpp"
 #include "bodies/node_ends.hpp"
+#include "bodies/rigid_mirror.hpp"
 #include "native/native_trees.hpp"
 #include "native/pair_gate.hpp"
 #include "softcd/bullet/body_filters.hpp"
@@ -13,9 +14,9 @@
 
 namespace softcd::bullet {
 
-/// A world's soft bodies as a scene that all of the world's queries share. Once a step it notices what an app has done
-/// to them between two steps (adding, removing, deleting them, new faces, flags, margins). It has only bodies that a
-/// query needs.
+/// A world's soft bodies, and the rigid parts near them, as a scene that all of the world's queries share. Once a step
+/// it notices what an app has done to them between two steps (adding, removing, deleting them, new faces, flags,
+/// margins). It has only bodies that a query needs.
 class WorldMirror {
  public:
   struct Member {
@@ -53,13 +54,15 @@ class WorldMirror {
   /// Throws InvalidInput; see WorldDetection.
   void set_filters(const btSoftBody& body, BodyFilters filters);
   Scene& scene() { return scene_; }
+  /// Returns the rigid parts in the scene.
+  RigidMirror& rigid() { return rigid_; }
 
-  /// Begins a step: `bodies` are the world's soft bodies now. Call it before require(). `proxies` are bodies
-  /// of softcd's in no world, which require() accepts too.
-  void begin_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies = {}) noexcept;
+  /// Begins a step: `bodies` are the world's soft bodies now. Call it before require(), which accepts these bodies and
+  /// proxies of rigid().
+  void begin_step(Span<btSoftBody* const> bodies) noexcept;
   /// Resumes a step after the app could change the world: `bodies` are still there, and may have other faces and
   /// settings.
-  void resume_step(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies = {}) noexcept;
+  void resume_step(Span<btSoftBody* const> bodies) noexcept;
   /// Compares topologies of all bodies in parallel. This is the longest part of require().
   void compare(Span<btSoftBody* const> bodies);
   /// Brings the body in the scene up to date with this step: with its positions at the step's start and, if
@@ -102,11 +105,12 @@ class WorldMirror {
   void compare(Member& member) const;
   void set_positions(Member& member, bool needs_way);
   template <class Predicate>
-  void keep(Span<btSoftBody* const> bodies, Span<btSoftBody* const> proxies, Predicate is_kept) noexcept;
+  void keep(Span<btSoftBody* const> bodies, Predicate is_kept) noexcept;
 
   const NodeEnds& ends_;
   const Settings& settings_;
   Scene scene_;
+  RigidMirror rigid_;
   std::unordered_map<BodyKey, Member, BodyKeyHash> members_;
   std::unordered_map<std::uint32_t, Member*> members_by_id_;
   std::unordered_map<BodyKey, KeptFilters, BodyKeyHash> filters_;

@@ -43,8 +43,7 @@ ContactDetection::ContactDetection(const ContactsOfKind& kind, WorldMirror& mirr
       mirror_(mirror),
       settings_(settings),
       query_(mirror.scene(), kind.options(settings)),
-      solver_contacts_(kind.make_solver_contacts()),
-      economy_report_(report_on_economy(false, {}, {})) {}
+      solver_contacts_(kind.make_solver_contacts()) {}
 
 void ContactDetection::follow_settings() {
   query_.set_options(kind_.options(settings_));
@@ -52,7 +51,7 @@ void ContactDetection::follow_settings() {
 
 std::vector<StageReport> ContactDetection::explain() const {
   std::vector<StageReport> stages = query_.explain();
-  stages.push_back(economy_report_);
+  stages.push_back(report_on_economy(has_chosen_, solver_contacts_->given(), found_));
   return stages;
 }
 
@@ -112,16 +111,16 @@ void ContactDetection::finish(bool prevents_crossings, const TangledNodes* relea
 /// Makes the contacts for Bullet's solver, and lists those of edges.
 void ContactDetection::make_solver_contacts(Span<const Contact> contacts) {
   const ContactEconomy economy(kind_, settings_);
-  const std::size_t node_count = count_node_contacts(contacts);
-  const std::size_t edge_count = contacts.size() - node_count;
-  edge_contacts_.resize(edge_count);
+  has_chosen_ = economy.chooses();
+  found_.of_nodes = count_node_contacts(contacts);
+  found_.of_edges = contacts.size() - found_.of_nodes;
+  edge_contacts_.resize(found_.of_edges);
   const auto list_and_judge = [&](std::size_t i, const MemberContact& found) {
-    if (i >= node_count) edge_contacts_[i - node_count] = edge_contact_of(found);
+    if (i >= found_.of_nodes) edge_contacts_[i - found_.of_nodes] = edge_contact_of(found);
     return may_get(found);
   };
   solver_contacts_->make(
       {mirror_, contacts, settings_.detection, economy, settings_.read_out != ReadOut::off, list_and_judge});
-  economy_report_ = report_on_economy(economy.chooses(), solver_contacts_->given(), {node_count, edge_count});
 }
 
 void ContactDetection::find_spoilt(Span<const Contact> contacts) {

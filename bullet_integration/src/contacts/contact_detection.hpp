@@ -68,7 +68,8 @@ class ContactDetection {
       spoilt_;  ///< some of their nodes are not finite, and the solver would spread this
   TangledNodes tangled_;
   std::unique_ptr<SolverContacts> solver_contacts_;
-  StageReport economy_report_;
+  bool has_chosen_ = false;  ///< whether the settings of the last step leave out any contact
+  ContactCounts found_;      ///< of the last detection
   ContactNotes notes_;
 };
 

@@ -60,7 +60,7 @@ CrossingPrevention::CrossingPrevention(const CrossingsOfKind& kind, WorldMirror&
       settings_(settings),
       rounds_(rounds),
       query_(mirror.scene(), crossing_options(settings)),
-      obstacles_(kind.ends, mirror) {}
+      obstacles_(mirror) {}
 
 void CrossingPrevention::follow_settings() {
   query_.set_options(crossing_options(settings_));

@@ -57,8 +57,6 @@ class CrossingPrevention {
   void keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step) {
     obstacles_.keep_starts(objects, time_step);
   }
-  /// Returns the proxy bodies, which represent rigid meshes in the mirror.
-  Span<btSoftBody* const> proxies() const { return obstacles_.proxies(); }
 
   /// Changes m_v and NodeEnds::end. With discrete detection, `bodies` are those near rigid meshes, whatever their
   /// flags. Returns whether there were impacts. If it throws, the nodes keep their motion from before the call.
@@ -67,7 +65,7 @@ class CrossingPrevention {
            const Surroundings& surroundings = {}, const TangledNodes* released = nullptr);
 
   /// Returns whether run() without bodies would change nothing, because there were none in the last step either.
-  bool is_idle() const { return had_no_bodies(query_) && proxies().empty() && tangled_.empty(); }
+  bool is_idle() const { return had_no_bodies(query_) && obstacles_.empty() && tangled_.empty(); }
 
   /// Returns the responses of the last step.
   const CrossingAnswers& answers() const { return answers_; }

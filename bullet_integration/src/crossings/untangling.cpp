@@ -19,28 +19,6 @@ namespace {
 
 using Member = WorldMirror::Member;
 
-/// The bounds of a body at the start of a step.
-struct StartBox {
-  btVector3 low, high;
-};
-
-StartBox box_at_start(const CrossingsOfKind& kind, const btSoftBody& body) {
-  const NodePosition start = start_of(kind.ends, body);
-  StartBox box{body.m_nodes[0].*start, body.m_nodes[0].*start};
-  for (int i = 1; i < body.m_nodes.size(); ++i) {
-    box.low.setMin(body.m_nodes[i].*start);
-    box.high.setMax(body.m_nodes[i].*start);
-  }
-  return box;
-}
-
-bool overlap(const StartBox& a, const StartBox& b) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (a.low[axis] > b.high[axis] || b.low[axis] > a.high[axis]) return false;
-  }
-  return true;
-}
-
 bool has_ways_of_vertices(const IntersectionRegion& region) {
   return (region.kind == RegionKind::closed || region.kind == RegionKind::loop_with_border) && region.vertex_count > 0;
 }
@@ -275,8 +253,8 @@ void Untangling::add_way(WayOut way) {
 
 /// Finds the pairs of soft bodies that intersect.
 void Untangling::search(Span<btSoftBody* const> bodies, const PairRule& rule) {
-  std::vector<StartBox> boxes;
-  for (const btSoftBody* body : bodies) boxes.push_back(box_at_start(kind_, *body));
+  std::vector<Bounds> boxes;
+  for (const btSoftBody* body : bodies) boxes.push_back(bounds_of(*body, {start_of(kind_.ends, *body)}));
   std::vector<ProbeBodies> candidates;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Member& a = mirror_.member(*bodies[i]);
@@ -284,7 +262,7 @@ void Untangling::search(Span<btSoftBody* const> bodies, const PairRule& rule) {
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
       const Member& b = mirror_.member(*bodies[j]);
       if (a.settings.kinematic && b.settings.kinematic) continue;
-      if (overlap(boxes[i], boxes[j]) && rule(*a.body, *b.body)) candidates.push_back({a.id, b.id});
+      if (boxes[i].overlaps(boxes[j]) && rule(*a.body, *b.body)) candidates.push_back({a.id, b.id});
     }
   }
   search({candidates.data(), candidates.size()}, known_);

@@ -9,7 +9,6 @@
 #include "bodies/guarded.hpp"
 #include "contacts/tangles.hpp"
 #include "crossings/way_out.hpp"
-#include "rigid/rigid_parts.hpp"
 #include "softcd/bullet/world_detection.hpp"
 
 namespace softcd::bullet {

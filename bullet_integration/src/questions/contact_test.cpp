@@ -6,7 +6,6 @@
 
 #include "BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h"
 #include "BulletCollision/NarrowPhaseCollision/btManifoldPoint.h"
-#include "LinearMath/btAabbUtil2.h"
 #include "bodies/vectors.hpp"
 #include "questions/rigid_surface.hpp"
 #include "softcd/bullet/world_probe.hpp"
@@ -16,21 +15,16 @@ namespace {
 
 using ContactCallback = btCollisionWorld::ContactResultCallback;
 
+/// Overlaps nothing.
+const Bounds kNowhere = {btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT),
+                         -btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT)};
+
 /// Returns the box of the nodes' present positions, or of the shape, enlarged by the margin and `more`.
-RigidBox box_of(btCollisionObject& object, btScalar more) {
-  RigidBox box = {btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT),
-                  -btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT)};
-  if (const btSoftBody* const soft = btSoftBody::upcast(&object)) {
-    for (int i = 0; i < soft->m_nodes.size(); ++i) {
-      box.low.setMin(soft->m_nodes[i].m_x);
-      box.high.setMax(soft->m_nodes[i].m_x);
-    }
-    more += soft->getCollisionShape()->getMargin();
-  } else {
-    object.getCollisionShape()->getAabb(object.getWorldTransform(), box.low, box.high);
-  }
-  const btVector3 growth(more, more, more);
-  return {box.low - growth, box.high + growth};
+Bounds box_of(btCollisionObject& object, btScalar more) {
+  const btSoftBody* const soft = btSoftBody::upcast(&object);
+  if (soft == nullptr) return bounds_of(*object.getCollisionShape(), object.getWorldTransform()).grown(more);
+  if (soft->m_nodes.size() == 0) return kNowhere;
+  return bounds_of(*soft, {&btSoftBody::Node::m_x}).grown(more + soft->getCollisionShape()->getMargin());
 }
 
 /// One side of a contact as reported to a callback.
@@ -92,7 +86,7 @@ class ContactTest {
   void run(const std::vector<btCollisionObject*>& others);
 
  private:
-  void take(btCollisionObject& object, const RigidBox& box);
+  void take(btCollisionObject& object, const Bounds& box);
   BodySettings settings_of(const btCollisionObject& object, btScalar margin) const;
   std::vector<BodyPair> pairs() const;
   const Part& part(BodyId id) const;
@@ -111,16 +105,14 @@ class ContactTest {
 
 void ContactTest::run(const std::vector<btCollisionObject*>& others) {
   const btScalar more = btMax(threshold_, btScalar(0));
-  const RigidBox box = box_of(object_, more);
-  RigidBox all = {btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT),
-                  -btVector3(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT)};
+  const Bounds box = box_of(object_, more);
+  Bounds all = kNowhere;
   std::vector<btCollisionObject*> nearby;
   for (btCollisionObject* other : others) {
-    const RigidBox other_box = box_of(*other, more);
-    if (!TestAabbAgainstAabb2(box.low, box.high, other_box.low, other_box.high)) continue;
+    const Bounds other_box = box_of(*other, more);
+    if (!box.overlaps(other_box)) continue;
     nearby.push_back(other);
-    all.low.setMin(other_box.low);
-    all.high.setMax(other_box.high);
+    all.add(other_box);
   }
   if (nearby.empty()) return;
   is_with_itself_ = nearby.front() == &object_;
@@ -139,7 +131,7 @@ void ContactTest::run(const std::vector<btCollisionObject*>& others) {
 }
 
 /// Puts the object into the scene.
-void ContactTest::take(btCollisionObject& object, const RigidBox& box) {
+void ContactTest::take(btCollisionObject& object, const Bounds& box) {
   Scene& scene = bodies_.scene();
   if (btSoftBody* const soft = btSoftBody::upcast(&object)) {
     if (soft->m_nodes.size() == 0) return;
@@ -228,11 +220,11 @@ void ContactTest::report(const Contact& contact) {
 }
 
 void ContactTest::report_nodes_inside(const Part& soft, const Part& rigid) {
-  const RigidBox box = box_of(*rigid.object, 0);
+  const Bounds box = box_of(*rigid.object, 0);
   const btSoftBody& body = *soft.soft->body;
   for (int node = 0; node < body.m_nodes.size(); ++node) {
     const btVector3& x = body.m_nodes[node].m_x;
-    if (!TestAabbAgainstAabb2(box.low, box.high, x, x)) continue;
+    if (!box.overlaps({x, x})) continue;
     const RigidSurface::Depth depth = rigid.surface->depth_of(to_doubles(x));
     if (!depth.is_inside) continue;
     const double distance = -depth.depth - soft.margin() - rigid.margin();

@@ -4,17 +4,8 @@
 #include <limits>
 
 #include "BulletCollision/CollisionShapes/btConcaveShape.h"
-#include "rigid/rigid_parts.hpp"
 
 namespace softcd::bullet {
-namespace {
-
-RigidBox grown(const RigidBox& box, btScalar margin) {
-  const btVector3 growth(margin, margin, margin);
-  return {box.low - growth, box.high + growth};
-}
-
-}  // namespace
 
 RigidSurface::RigidSurface(const btConvexShape& shape, const btTransform& place)
     : is_convex_(true), margin_(shape.getMarginNonVirtual()) {
@@ -22,9 +13,9 @@ RigidSurface::RigidSurface(const btConvexShape& shape, const btTransform& place)
   core_.place({place, place});
 }
 
-RigidSurface::RigidSurface(const btConcaveShape& shape, const btTransform& place, const RigidBox& box)
+RigidSurface::RigidSurface(const btConcaveShape& shape, const btTransform& place, const Bounds& box)
     : is_convex_(false), margin_(shape.getMargin()) {
-  mesh_.read(shape, {box_in_shape(grown(box, margin_), {place, place})});
+  mesh_.read(shape, {box_in_shape(box.grown(margin_), {place, place})});
   mesh_.place({place, place});
 }
 
@@ -49,7 +40,7 @@ RigidSurface::Depth RigidSurface::depth_of(Vec3d point) const {
   return nearest.is_inside ? nearest : Depth{};
 }
 
-std::vector<RigidSurface> rigid_surfaces(const btCollisionObject& object, const RigidBox& box) {
+std::vector<RigidSurface> rigid_surfaces(const btCollisionObject& object, const Bounds& box) {
   std::vector<RigidSurface> surfaces;
   const auto add = [&](const btCollisionShape& shape, const btTransform& place) {
     if (shape.isConvex()) {

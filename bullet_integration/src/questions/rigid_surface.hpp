@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "rigid/convex_core.hpp"
-#include "rigid/rigid_mesh.hpp"
+#include "bodies/convex_core.hpp"
+#include "bodies/rigid_mesh.hpp"
 
 namespace softcd::bullet {
 
@@ -19,7 +19,7 @@ class RigidSurface {
 
   RigidSurface(const btConvexShape& shape, const btTransform& place);
   /// Reads the triangles that `box`, in the world's coordinates, overlaps.
-  RigidSurface(const btConcaveShape& shape, const btTransform& place, const RigidBox& box);
+  RigidSurface(const btConcaveShape& shape, const btTransform& place, const Bounds& box);
 
   const std::vector<Triangle>& triangles() const { return shape().triangles(); }
   const std::vector<Vec3d>& x() const { return shape().x_t1(); }
@@ -38,6 +38,6 @@ class RigidSurface {
 };
 
 /// Returns the surfaces of all simple shapes of the object that have triangles.
-std::vector<RigidSurface> rigid_surfaces(const btCollisionObject& object, const RigidBox& box);
+std::vector<RigidSurface> rigid_surfaces(const btCollisionObject& object, const Bounds& box);
 
 }  // namespace softcd::bullet

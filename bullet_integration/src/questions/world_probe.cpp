@@ -6,10 +6,10 @@
 
 #include "BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h"
 #include "BulletSoftBody/btSoftRigidDynamicsWorld.h"
+#include "bodies/convex_core.hpp"
 #include "bodies/vectors.hpp"
 #include "questions/contact_test.hpp"
 #include "questions/world_rays.hpp"
-#include "rigid/convex_core.hpp"
 
 namespace softcd::bullet {
 namespace {

@@ -6,7 +6,6 @@
 #include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "LinearMath/btTransformUtil.h"
 #include "rigid/rigid_pairs.hpp"
-#include "rigid/rigid_parts.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -40,22 +39,14 @@ void set_interpolation_velocity(btRigidBody& body, const btVector3& linear, cons
   body.setInterpolationAngularVelocity(angular);
 }
 
-RigidBox box_of(const btCollisionShape& shape, const RigidPoses& poses) {
-  RigidBox box;
-  RigidBox end;
-  shape.getAabb(poses.t0, box.low, box.high);
-  shape.getAabb(poses.t1, end.low, end.high);
-  box.low.setMin(end.low);
-  box.high.setMax(end.high);
-  return box;
-}
-
 void add_ways(btCollisionObject& object, const RigidPoses& poses, std::vector<MeshWay>& ways) {
   int child = 0;
   const auto add = [&](const btCollisionShape& shape, const btTransform& place) {
     if (!is_triangle_mesh(shape)) return false;
     const RigidPoses of_shape = {poses.t0 * place, poses.t1 * place};
-    ways.push_back({&object, static_cast<const btConcaveShape*>(&shape), child++, of_shape, box_of(shape, of_shape)});
+    Bounds box = bounds_of(shape, of_shape.t0);
+    box.add(bounds_of(shape, of_shape.t1));
+    ways.push_back({&object, static_cast<const btConcaveShape*>(&shape), child++, of_shape, box});
     return false;
   };
   any_simple_shape(*object.getCollisionShape(), btTransform::getIdentity(), add);

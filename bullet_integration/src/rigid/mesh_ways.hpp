@@ -5,7 +5,7 @@
 
 #include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
 #include "bodies/body_key.hpp"
-#include "rigid/rigid_placement.hpp"
+#include "bodies/rigid_placement.hpp"
 
 class btConcaveShape;
 class btRigidBody;
@@ -18,7 +18,7 @@ struct MeshWay {
   const btConcaveShape* shape;
   int child;  ///< number of the mesh among the object's
   RigidPoses poses;
-  RigidBox box;  ///< around both poses
+  Bounds box;  ///< around both poses
 };
 
 /// The paths of a world's rigid triangle meshes in a step. Each path begins where the last one ended, so that paths

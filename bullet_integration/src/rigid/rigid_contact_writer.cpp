@@ -8,13 +8,13 @@ namespace softcd::bullet {
 namespace {
 
 /// The data of a rigid object for the formulas. Objects that are no btRigidBody do not move.
-struct RigidPart {
+struct RigidSide {
   btRigidBody* body;
   btScalar inverse_mass = 0;
   btMatrix3x3 inverse_inertia{0, 0, 0, 0, 0, 0, 0, 0, 0};
   btVector3 origin;
 
-  explicit RigidPart(const btCollisionObject& object)
+  explicit RigidSide(const btCollisionObject& object)
       : body(const_cast<btRigidBody*>(btRigidBody::upcast(&object))), origin(object.getWorldTransform().getOrigin()) {
     if (body == nullptr) return;
     inverse_mass = body->getInvMass();
@@ -58,7 +58,7 @@ void set_link_response(const btMultiBodyLinkCollider& link, const btVector3& poi
 /// Makes a contact of the point x of a soft body, which has moved by `motion`. Leaves out its node, its plane and the
 /// part of the impulse that moves the node.
 btSoftBody::RContact contact_of_point(const btSoftBody& body, const btVector3& x, const btVector3& motion,
-                                      btScalar inverse_mass, const RigidPart& rigid, const RigidTouch& touch) {
+                                      btScalar inverse_mass, const RigidSide& rigid, const RigidTouch& touch) {
   const btScalar time_step = body.m_sst.sdt;
   const btVector3 arm = x - rigid.origin;
   const btVector3 rigid_motion =
@@ -106,7 +106,7 @@ struct WeightedPoint {
 }  // namespace
 
 void write_rigid_contact(btSoftBody& body, btSoftBody::Node& node, const RigidTouch& touch) {
-  const RigidPart rigid(*touch.object);
+  const RigidSide rigid(*touch.object);
   if (!(node.m_im + rigid.inverse_mass > 0)) return;
   btSoftBody::RContact contact = contact_of_point(body, node.m_x, node.m_x - node.m_q, node.m_im, rigid, touch);
   contact.m_cti.m_offset = -touch.normal.dot(touch.object_point_t1) - touch.margin;
@@ -117,7 +117,7 @@ void write_rigid_contact(btSoftBody& body, btSoftBody::Node& node, const RigidTo
 }
 
 void write_rigid_contact(btSoftBody& body, btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch) {
-  const RigidPart rigid(*touch.object);
+  const RigidSide rigid(*touch.object);
   const WeightedPoint point(face, weights);
   if (!(point.inverse_mass + rigid.inverse_mass > 0)) return;
   const btSoftBody::RContact whole = contact_of_point(body, point.x, point.motion, point.inverse_mass, rigid, touch);
@@ -141,7 +141,7 @@ void write_rigid_contact(btSoftBody& body, btSoftBody::Face& face, const btVecto
 }
 
 void write_deformable_rigid_contact(btSoftBody& body, btSoftBody::Node& node, const RigidTouch& touch) {
-  const RigidPart rigid(*touch.object);
+  const RigidSide rigid(*touch.object);
   if (!(node.m_im + rigid.inverse_mass > 0)) return;
   const btVector3 arm = node.m_x - rigid.origin;
 
@@ -167,7 +167,7 @@ void write_deformable_rigid_contact(btSoftBody& body, btSoftBody::Node& node, co
 
 void write_deformable_rigid_contact(btSoftBody& body, btSoftBody::Face& face, const btVector3& weights,
                                     const RigidTouch& touch) {
-  const RigidPart rigid(*touch.object);
+  const RigidSide rigid(*touch.object);
   // Bullet's weights of the impulse at the face's nodes.
   const btVector3 impulse_weights = 2 / (1 + weights.length2()) * weights;
   btScalar inverse_mass = 0;

@@ -10,6 +10,7 @@
 #include "BulletCollision/CollisionDispatch/btCollisionCreateFunc.h"
 #include "BulletSoftBody/btSoftBody.h"
 
+class btCollisionDispatcher;
 struct btDispatcherInfo;
 class btOverlappingPairCache;
 

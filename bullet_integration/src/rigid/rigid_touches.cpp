@@ -20,16 +20,8 @@ bool takes_node_contacts(const btSoftBody& body, const btSoftBody::Node& node) {
   return !has_deformable_contacts(body) || (body.m_cfg.collisions & btSoftBody::fCollision::SDF_RDN) != 0;
 }
 
-RigidBox swept_box(const btSoftBody& body, btScalar margin) {
-  RigidBox box = {body.m_nodes[0].m_x, body.m_nodes[0].m_x};
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    for (const btVector3* x : {&body.m_nodes[i].m_x, &body.m_nodes[i].m_q}) {
-      box.low.setMin(*x);
-      box.high.setMax(*x);
-    }
-  }
-  const btVector3 growth(margin, margin, margin);
-  return {box.low - growth, box.high + growth};
+Bounds swept_box(const btSoftBody& body, btScalar margin) {
+  return bounds_of(body, {&btSoftBody::Node::m_x, &btSoftBody::Node::m_q}).grown(margin);
 }
 
 btVector3 point_on(const btSoftBody::Face& face, const btVector3& weights, NodePosition position) {

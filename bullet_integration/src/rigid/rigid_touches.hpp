@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "bodies/node_ends.hpp"
+#include "bodies/rigid_placement.hpp"
 #include "contacts/contact_notes.hpp"
 #include "rigid/rigid_contact_writer.hpp"
-#include "rigid/rigid_placement.hpp"
 
 namespace softcd::bullet {
 
@@ -17,7 +17,7 @@ bool has_deformable_contacts(const btSoftBody& body);
 bool takes_node_contacts(const btSoftBody& body, const btSoftBody::Node& node);
 
 /// Returns the box around the nodes' positions at both ends of the step, enlarged by `margin`. The body has nodes.
-RigidBox swept_box(const btSoftBody& body, btScalar margin);
+Bounds swept_box(const btSoftBody& body, btScalar margin);
 
 /// Returns the point with these weights of the face's nodes, at one end of the step.
 btVector3 point_on(const btSoftBody::Face& face, const btVector3& weights, NodePosition position);

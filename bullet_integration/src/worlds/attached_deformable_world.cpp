@@ -76,7 +76,7 @@ void AttachedDeformableWorld::prepare_solver() {
 void AttachedDeformableWorld::call_solver_callback(btScalar time, btDeformableMultiBodyDynamicsWorld* world) {
   auto* const attached = static_cast<AttachedDeformableWorld*>(AttachedWorld::of(*world));
   if (attached == nullptr) return;
-  attached->solver_callback_.call_apps(time);
+  if (const auto apps = attached->solver_callback_.apps()) apps(time, world);
   if (attached->is_solved() && ++attached->solver_calls_ == 2) attached->after_solver();
 }
 

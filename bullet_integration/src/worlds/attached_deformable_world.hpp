@@ -5,7 +5,6 @@
 #include "BulletDynamics/Dynamics/btActionInterface.h"
 #include "BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h"
 #include "worlds/attached_world.hpp"
-#include "worlds/solver_callback.hpp"
 
 namespace softcd::bullet {
 

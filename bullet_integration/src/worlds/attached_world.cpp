@@ -15,8 +15,8 @@ AttachedWorld::AttachedWorld(btDynamicsWorld& world, const SoftBodies& bodies, c
       tree_flag_(kind.tree_flag),
       detection_(kind, settings),
       broadphase_(*world.getBroadphase(), *this),
-      pre_tick_(world, TickCallback::Place::before, call_pre_tick),
-      tick_(world, TickCallback::Place::after, call_tick),
+      pre_tick_(world, call_pre_tick),
+      tick_(world, call_tick),
       sees_pairs_(dynamic_cast<btCollisionDispatcherMt*>(world.getDispatcher()) == nullptr) {
   queries().broadphase = [this] { return world_ != nullptr ? world_->getBroadphase() : nullptr; };
   world.setBroadphase(&broadphase_);
@@ -27,17 +27,19 @@ AttachedWorld* AttachedWorld::of(btDynamicsWorld& world) {
   return broadphase != nullptr ? static_cast<AttachedWorld*>(&broadphase->hooks()) : nullptr;
 }
 
-/// The app's callback may detach, so the attachment is looked up again.
+/// The app's callback may detach, and so destroy the attachment, which is therefore looked up again.
 void AttachedWorld::call_pre_tick(btDynamicsWorld* world, btScalar time_step) {
   if (AttachedWorld* attached = of(*world)) {
     attached->begin_step();
-    attached->pre_tick_.call_apps(time_step);
+    if (const auto apps = attached->pre_tick_.apps()) apps(world, time_step);
   }
   if (AttachedWorld* attached = of(*world)) attached->before_prediction();
 }
 
 void AttachedWorld::call_tick(btDynamicsWorld* world, btScalar time_step) {
-  if (AttachedWorld* attached = of(*world)) attached->tick_.call_apps(time_step);
+  if (AttachedWorld* attached = of(*world)) {
+    if (const auto apps = attached->tick_.apps()) apps(world, time_step);
+  }
   if (AttachedWorld* attached = of(*world)) attached->before_solver(time_step);
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "softcd/bullet/attach.hpp"
+#include "worlds/app_callbacks.hpp"
 #include "worlds/hooked_broadphase.hpp"
-#include "worlds/tick_callback.hpp"
 #include "worlds/world_step.hpp"
 
 namespace softcd::bullet {
@@ -98,7 +98,8 @@ class AttachedWorld : protected BroadphaseHooks {
   WorldDetection detection_;
   FaceTreesAway face_trees_;
   HookedBroadphase broadphase_;
-  TickCallback pre_tick_, tick_;
+  PreTickCallback pre_tick_;
+  TickCallback tick_;
   Stage stage_ = Stage::none;
   bool sees_pairs_;  ///< whether the dispatcher processes pairs by the pair cache
   btScalar time_step_ = 0;

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <new>
 
+#include "LinearMath/btQuickprof.h"
 #include "native/pair_order.hpp"
 
 namespace softcd::bullet {
@@ -27,8 +28,8 @@ WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
       untangling("the step moves no intersecting bodies apart", kind.crossings, mirror_, settings_),
       rigid_meshes("the step has Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror_,
                    settings_),
-      convex_shapes("the step has only Bullet's own contacts of soft bodies with convex shapes", kind.contacts.ends,
-                    mirror_, settings_),
+      convex_shapes("the step has only Bullet's own contacts of soft bodies with convex shapes", kind.contacts, mirror_,
+                    settings_),
       read_out(kind.read_contacts, settings_),
       rays(kind.ray_targets, settings_) {}
 
@@ -112,10 +113,12 @@ void WorldQueries::find_convex_contacts(const PairGate& gate) {
   RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::convex);
   restore_order(collected.pairs, gate);
   convex_shapes.run([&](ConvexDetection& detection) {
+    BT_PROFILE("softcd convex shapes");
     if (!collected.is_complete) throw std::bad_alloc();
-    detection.find_contacts(collected.pairs, gate.info().m_timeStep);
+    detection.read(collected.pairs, gate.info().m_timeStep);
+    detection.find_contacts(/*released=*/nullptr);
     if (settings_.detection == Detection::ccd && kind_.moves_rigid_bodies_first) {
-      for (const auto& [soft, object] : detection.meetings()) late_impulses_.add(*soft, *object);
+      for (const auto& [soft, object] : detection.policy().meetings()) late_impulses_.add(*soft, *object);
     }
   });
 }

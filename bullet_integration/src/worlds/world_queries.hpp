@@ -13,8 +13,8 @@
 #include "questions/world_rays.hpp"
 #include "read_out/late_impulses.hpp"
 #include "read_out/world_read_out.hpp"
-#include "rigid/convex_detection.hpp"
-#include "rigid/rigid_mesh_detection.hpp"
+#include "rigid/convex_policy.hpp"
+#include "rigid/mesh_policy.hpp"
 #include "worlds/world_kind.hpp"
 
 namespace softcd::bullet {
@@ -97,10 +97,10 @@ class WorldQueries {
   void begin_step(Span<btSoftBody* const> bodies) {
     near_meshes_.clear();
     if (untangling.get() != nullptr) untangles() ? untangling.get()->begin_step() : untangling.get()->clear();
-    mirror_.begin_step(bodies, proxies());
+    mirror_.begin_step(bodies);
   }
   /// Call it before prevent_crossings() if the app could change the world in between.
-  void resume_step(Span<btSoftBody* const> bodies) { mirror_.resume_step(bodies, proxies()); }
+  void resume_step(Span<btSoftBody* const> bodies) { mirror_.resume_step(bodies); }
 
  private:
   void follow_settings();
@@ -124,9 +124,6 @@ class WorldQueries {
   bool prevents_crossings_later = true;
 
  private:
-  Span<btSoftBody* const> proxies() const {
-    return crossings.get() != nullptr ? crossings.get()->proxies() : Span<btSoftBody* const>();
-  }
   bool prevents_crossings() const { return settings_.detection == Detection::ccd || settings_.rigid_meshes; }
   bool untangles() const { return settings_.untangle && prevents_crossings_later; }
   WorldPairs pairs_of(const PairGate& gate) const { return {kind_.contacts, gate, settings_}; }

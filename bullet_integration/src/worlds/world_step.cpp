@@ -1,5 +1,6 @@
 #include "worlds/world_step.hpp"
 
+#include "bodies/bounds.hpp"
 #include "bodies/query_options.hpp"
 
 namespace softcd::bullet {
@@ -9,18 +10,9 @@ namespace {
 void sweep_box(btSoftBody& body, btBroadphaseInterface& broadphase, btDispatcher* dispatcher) {
   // Sleeping bodies have no prediction: their m_q has no meaning.
   if (!body.isActive() || body.getBroadphaseHandle() == nullptr || body.m_nodes.size() == 0) return;
-  btVector3 low = body.m_nodes[0].m_q;
-  btVector3 high = low;
-  for (int i = 1; i < body.m_nodes.size(); ++i) {
-    low.setMin(body.m_nodes[i].m_q);
-    high.setMax(body.m_nodes[i].m_q);
-  }
-  const btScalar margin = body.getCollisionShape()->getMargin();
-  low -= btVector3(margin, margin, margin);
-  high += btVector3(margin, margin, margin);
-  low.setMin(body.m_bounds[0]);
-  high.setMax(body.m_bounds[1]);
-  broadphase.setAabb(body.getBroadphaseHandle(), low, high, dispatcher);
+  Bounds box = bounds_of(body, {&btSoftBody::Node::m_q}).grown(body.getCollisionShape()->getMargin());
+  box.add({body.m_bounds[0], body.m_bounds[1]});
+  broadphase.setAabb(body.getBroadphaseHandle(), box.low, box.high, dispatcher);
 }
 
 }  // namespace

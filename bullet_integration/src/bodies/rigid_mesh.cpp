@@ -1,4 +1,4 @@
-#include "rigid/rigid_mesh.hpp"
+#include "bodies/rigid_mesh.hpp"
 
 #include <algorithm>
 #include <map>
@@ -13,7 +13,7 @@ namespace {
 /// Share of a box's size by which its region is larger on each side, so that moving bodies stay in it for some steps.
 constexpr btScalar kRegionGrowth = btScalar(0.25);
 
-bool contains(const RigidBox& outer, const RigidBox& inner) {
+bool contains(const Bounds& outer, const Bounds& inner) {
   for (int axis = 0; axis < 3; ++axis) {
     if (inner.low[axis] < outer.low[axis] || inner.high[axis] > outer.high[axis]) return false;
   }
@@ -35,33 +35,30 @@ auto coordinates(const btVector3& v) {
 
 }  // namespace
 
-bool RigidMesh::covers(const RigidBox& box) const {
-  return std::any_of(regions_.begin(), regions_.end(), [&](const RigidBox& region) { return contains(region, box); });
+bool RigidMesh::covers(const Bounds& box) const {
+  return std::any_of(regions_.begin(), regions_.end(), [&](const Bounds& region) { return contains(region, box); });
 }
 
-bool RigidMesh::read(const btConcaveShape& shape, const std::vector<RigidBox>& boxes) {
-  const auto is_covered = [this](const RigidBox& box) { return covers(box); };
+bool RigidMesh::read(const btConcaveShape& shape, const std::vector<Bounds>& boxes) {
+  const auto is_covered = [this](const Bounds& box) { return covers(box); };
   if (std::exchange(is_whole_, false) || !std::all_of(boxes.begin(), boxes.end(), is_covered)) {
     regions_.clear();
-    for (const RigidBox& box : boxes) {
-      const btVector3 growth = (box.high - box.low) * kRegionGrowth;
-      regions_.push_back({box.low - growth, box.high + growth});
+    for (const Bounds& box : boxes) {
+      regions_.push_back(box.grown((box.high - box.low) * kRegionGrowth));
     }
   }
   return read_regions(shape);
 }
 
 bool RigidMesh::read_whole(const btConcaveShape& shape) {
-  RigidBox box;
-  shape.getAabb(btTransform::getIdentity(), box.low, box.high);
-  regions_ = {box};
+  regions_ = {bounds_of(shape, btTransform::getIdentity())};
   is_whole_ = true;
   return read_regions(shape);
 }
 
 bool RigidMesh::read_regions(const btConcaveShape& shape) {
   Corners found;
-  for (const RigidBox& region : regions_) shape.processAllTriangles(&found, region.low, region.high);
+  for (const Bounds& region : regions_) shape.processAllTriangles(&found, region.low, region.high);
   if (are_equal(found.corners, corners_)) return false;
   corners_ = std::move(found.corners);
   weld();

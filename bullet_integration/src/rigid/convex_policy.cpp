@@ -1,21 +1,12 @@
-#include "rigid/convex_detection.hpp"
+#include "rigid/convex_policy.hpp"
 
 #include <algorithm>
-#include <iterator>
 
-#include "LinearMath/btAabbUtil2.h"
-#include "LinearMath/btQuickprof.h"
 #include "bodies/query_options.hpp"
 #include "bodies/vectors.hpp"
 
 namespace softcd::bullet {
 namespace {
-
-QueryOptions convex_options(const Settings& settings) {
-  QueryOptions options = continuous_options(settings);
-  options.features = {/*vertex_triangle=*/true, /*edge_edge=*/true};
-  return options;
-}
 
 bool wants_faces(const btSoftBody& soft, const btCollisionObject& object) {
   if (!has_deformable_contacts(soft)) return true;
@@ -38,94 +29,59 @@ bool can_touch(const ConvexCore& core, const RigidTouch& touch) {
 
 }  // namespace
 
-ConvexDetection::ConvexDetection(const NodeEnds& ends, WorldMirror& mirror, const Settings& settings)
-    : ends_(ends),
-      mirror_(mirror),
-      settings_(settings),
-      query_(mirror.scene(), convex_options(settings)),
-      shapes_(mirror) {
-  query_.set_pair_filter([this](BodyId a, BodyId b) { return shapes_.wants(a, b); });
+QueryOptions ConvexPolicy::options(const ContactsOfKind& /*kind*/, const Settings& settings) {
+  QueryOptions options = continuous_options(settings);
+  options.features = {/*vertex_triangle=*/true, /*edge_edge=*/true};
+  return options;
 }
 
-void ConvexDetection::follow_settings() {
-  query_.set_options(convex_options(settings_));
-  touches_.forget_notes();
-  if (settings_.convex_shapes != ConvexShapes::nodes) return;
-  shapes_.begin_step();
-  shapes_.end_step();
-}
-
-/// Puts the object's shapes into the scene, for all soft bodies that it may touch.
-void ConvexDetection::require_shapes(Span<const RigidPair> pairs, btScalar time_step) {
+void ConvexPolicy::require(const RigidKey& key, Span<const RigidPair> pairs, btScalar time_step,
+                           const ReadsWhole& /*reads_whole*/, RigidParts<ConvexCore>& parts) {
   const btCollisionObject& object = *pairs[0].object;
-  std::vector<RigidBox> boxes;
+  std::vector<Bounds> boxes;
   for (const RigidPair& pair : pairs) {
     boxes.push_back(swept_box(*pair.soft, pair.soft->getCollisionShape()->getMargin()));
   }
+  RigidKey part_key = key;
   int number = 0;
   const auto require = [&](const btCollisionShape& simple, const btTransform& place) {
     if (!simple.isConvex()) return false;
     const auto& shape = static_cast<const btConvexShape&>(simple);
-    const PartKey key(BodyKey(object), number++);
+    std::get<2>(part_key) = number++;
     const RigidPoses poses = poses_of(object, place, time_step);
-    btVector3 low;
-    btVector3 high;
-    shape.getAabb(btTransform::getIdentity(), low, high);
+    const Bounds bounds = bounds_of(shape, btTransform::getIdentity());
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const RigidBox box = box_in_shape(boxes[i], poses);
-      if (!TestAabbAgainstAabb2(low, high, box.low, box.high)) continue;
+      if (!bounds.overlaps(box_in_shape(boxes[i], poses))) continue;
       const auto read = [&](ConvexCore& core) { return core.read(shape); };
-      shapes_.want(shapes_.require(key, object, shape.getMarginNonVirtual(), /*has_edges=*/true, poses, read),
-                   *pairs[i].soft);
+      const auto& part = parts.require(part_key, object, shape.getMarginNonVirtual(), /*has_edges=*/true, poses, read);
+      parts.want(part, *pairs[i].soft, mirror_.member(*pairs[i].soft).id);
     }
     return false;
   };
   any_simple_shape(*object.getCollisionShape(), btTransform::getIdentity(), require);
 }
 
-void ConvexDetection::find_contacts(std::vector<RigidPair> pairs, btScalar time_step) {
-  BT_PROFILE("softcd convex shapes");
-  touches_.forget_notes();
+void ConvexPolicy::begin_contacts(Span<const NearRigidPart> near, const TangledNodes* /*released*/) {
+  known_.clear();
   meetings_.clear();
-  // Skips sleeping bodies: Bullet neither solves nor clears their contacts, which would pile up.
-  std::erase_if(pairs, [](const RigidPair& pair) { return !pair.soft->isActive() || pair.soft->m_faces.size() == 0; });
-  shapes_.begin_step();
   native_.clear();
   std::set<const btSoftBody*> read;
-  for (const RigidPair& pair : pairs) {
-    if (read.insert(pair.soft).second) native_.read(*pair.soft);
-    mirror_.require(*pair.soft, /*needs_way=*/true);
+  for (const NearRigidPart& each : near) {
+    if (read.insert(each.soft).second) native_.read(*each.soft);
   }
-  // Takes objects in the order in which Bullet dispatched them, because addresses differ from run to run.
-  for (auto begin = pairs.begin(); begin != pairs.end();) {
-    const btCollisionObject* const object = begin->object;
-    const auto end =
-        std::stable_partition(begin, pairs.end(), [&](const RigidPair& pair) { return pair.object == object; });
-    require_shapes({&*begin, static_cast<std::size_t>(end - begin)}, time_step);
-    begin = end;
-  }
-  if (!shapes_.end_step()) return;
-  find_touches();
-  touches_.prepare_to_write(settings_.read_out != ReadOut::off);
-  native_.remove_doubted();
-  touches_.write();
 }
 
-void ConvexDetection::find_touches() {
-  touches_.clear();
-  known_.clear();
-  shapes_.for_each_contact(query_.detect(), [this](const ShapeContact& found) {
-    if (found.contact.kind == ContactKind::edge_edge) {
-      find_edge(found);
-    } else if (found.is_part_a) {
-      find_corner(found);
-    } else {
-      find_node(found);
-    }
-  });
+void ConvexPolicy::take(const ShapeContact& found) {
+  if (found.contact.kind == ContactKind::edge_edge) {
+    find_edge(found);
+  } else if (found.is_part_a) {
+    find_corner(found);
+  } else {
+    find_node(found);
+  }
 }
 
-void ConvexDetection::find_corner(const ShapeContact& found) {
+void ConvexPolicy::find_corner(const ShapeContact& found) {
   const Contact& contact = found.contact;
   btSoftBody& soft = *found.soft.body;
   if (!wants_faces(soft, *found.part.object) || contact.feature_b >= found.soft.mesh.face_count) return;
@@ -138,7 +94,7 @@ void ConvexDetection::find_corner(const ShapeContact& found) {
   add_face_touch(found, face, triangle_weights(contact.weights));
 }
 
-void ConvexDetection::find_edge(const ShapeContact& found) {
+void ConvexPolicy::find_edge(const ShapeContact& found) {
   const Contact& contact = found.contact;
   btSoftBody& soft = *found.soft.body;
   const std::uint32_t* const rigid = contact.vertices + found.first_of_part();
@@ -152,7 +108,7 @@ void ConvexDetection::find_edge(const ShapeContact& found) {
   add_face_touch(found, face, weights_on_edge(face, soft, nodes, contact.weights + found.first_of_soft()));
 }
 
-void ConvexDetection::add_face_touch(const ShapeContact& found, btSoftBody::Face& face, const btVector3& weights) {
+void ConvexPolicy::add_face_touch(const ShapeContact& found, btSoftBody::Face& face, const btVector3& weights) {
   const ConvexCore& core = found.part.shape;
   RigidTouch touch = found.touch(found.margin());
   // Bodies that already intersect, because Bullet's solver left them so, part along the shorter way.
@@ -166,7 +122,7 @@ void ConvexDetection::add_face_touch(const ShapeContact& found, btSoftBody::Face
 }
 
 /// Finds nodes that Bullet's own test misses, as it uses their positions at one time and not their paths.
-void ConvexDetection::find_node(const ShapeContact& found) {
+void ConvexPolicy::find_node(const ShapeContact& found) {
   btSoftBody& soft = *found.soft.body;
   btSoftBody::Node& node = soft.m_nodes[static_cast<int>(found.contact.feature_a)];
   if (!takes_node_contacts(soft, node)) return;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "BulletCollision/CollisionShapes/btConvexShape.h"
-#include "rigid/rigid_placement.hpp"
+#include "bodies/rigid_placement.hpp"
 
 namespace softcd::bullet {
 

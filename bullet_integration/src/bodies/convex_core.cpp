@@ -1,4 +1,4 @@
-#include "rigid/convex_core.hpp"
+#include "bodies/convex_core.hpp"
 
 #include <algorithm>
 #include <array>
@@ -108,13 +108,9 @@ std::vector<btVector3> points_of(const btConvexShape& shape) {
 }
 
 std::vector<btVector3> distinct(const std::vector<btVector3>& points) {
-  btVector3 low = points[0];
-  btVector3 high = points[0];
-  for (const btVector3& point : points) {
-    low.setMin(point);
-    high.setMax(point);
-  }
-  const btScalar tolerance = kSamePoint * kSamePoint * (high - low).length2();
+  Bounds bounds = {points[0], points[0]};
+  for (const btVector3& point : points) bounds.add(point);
+  const btScalar tolerance = kSamePoint * kSamePoint * (bounds.high - bounds.low).length2();
   std::vector<btVector3> kept;
   for (const btVector3& point : points) {
     const bool is_known = std::any_of(kept.begin(), kept.end(),

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "rigid/rigid_placement.hpp"
+#include "bodies/rigid_placement.hpp"
 
 class btConcaveShape;
 
@@ -14,17 +14,17 @@ class RigidMesh : public RigidShape {
  public:
   /// Reads the triangles near `boxes`, which contain all bodies that may touch the mesh, in the shape's coordinates.
   /// Returns whether the triangles have changed.
-  bool read(const btConcaveShape& shape, const std::vector<RigidBox>& boxes);
+  bool read(const btConcaveShape& shape, const std::vector<Bounds>& boxes);
   /// Reads all triangles, until the next read() with boxes.
   bool read_whole(const btConcaveShape& shape);
   /// Returns whether all triangles that overlap this box have been read.
-  bool covers(const RigidBox& box) const;
+  bool covers(const Bounds& box) const;
 
  private:
   bool read_regions(const btConcaveShape& shape);
   void weld();
 
-  std::vector<RigidBox> regions_;
+  std::vector<Bounds> regions_;
   bool is_whole_ = false;
   std::vector<btVector3> corners_;  ///< three for each triangle in the regions
 };

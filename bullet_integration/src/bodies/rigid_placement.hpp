@@ -3,6 +3,8 @@
 #include <vector>
 
 #include "BulletCollision/CollisionDispatch/btCollisionObject.h"
+#include "BulletCollision/CollisionShapes/btCompoundShape.h"
+#include "bodies/bounds.hpp"
 #include "softcd/softcd.hpp"
 
 namespace softcd::bullet {
@@ -13,6 +15,18 @@ inline bool is_standing(const btCollisionObject& object) {
   return object.isStaticObject() && !object.isKinematicObject();
 }
 
+/// Calls visit(shape, place) for the shape, or for all simple shapes of its compound in order, until one call returns
+/// true. Returns whether one did. `place` is the shape's transform.
+template <class Visit>
+bool any_simple_shape(const btCollisionShape& shape, const btTransform& place, Visit&& visit) {
+  if (!shape.isCompound()) return visit(shape, place);
+  const auto& compound = static_cast<const btCompoundShape&>(shape);
+  for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+    if (any_simple_shape(*compound.getChildShape(i), place * compound.getChildTransform(i), visit)) return true;
+  }
+  return false;
+}
+
 /// The poses of a rigid shape at both ends of a step. In Bullet, kinematic objects are already at their end, all others
 /// still at their start.
 struct RigidPoses {
@@ -20,13 +34,9 @@ struct RigidPoses {
 };
 RigidPoses poses_of(const btCollisionObject& object, const btTransform& shape_in_object, btScalar time_step);
 
-/// A box of objects that may touch something.
-struct RigidBox {
-  btVector3 low, high;
-};
 /// Returns a box, in a shape's coordinates, around `box` as the shape moves during the step and each of its vertices
 /// moves straight.
-RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses);
+Bounds box_in_shape(const Bounds& box, const RigidPoses& poses);
 
 /// The triangles of a rigid shape, and its vertices at both ends of the step.
 class RigidShape {

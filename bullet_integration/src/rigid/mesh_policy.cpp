@@ -1,4 +1,4 @@
-#include "rigid/rigid_mesh_detection.hpp"
+#include "rigid/mesh_policy.hpp"
 
 #include <algorithm>
 
@@ -28,12 +28,6 @@ bool holds_faces(const ContactsOfKind& kind) {
   return !kind.solves_in_turns;
 }
 
-QueryOptions mesh_options(const ContactsOfKind& kind, const Settings& settings) {
-  QueryOptions options = continuous_options(settings);
-  options.features = {/*vertex_triangle=*/true, holds_faces(kind) || settings.edge_contacts == EdgeContacts::respond};
-  return options;
-}
-
 /// Returns whether Bullet's solver would use contacts of faces and links, if it is the deformable one.
 bool solves_faces(const btSoftBody& soft, const btCollisionObject& object) {
   return !has_deformable_contacts(soft) || ((soft.m_cfg.collisions & (Flags::SDF_RDN | Flags::SDF_RDF)) != 0 &&
@@ -42,102 +36,73 @@ bool solves_faces(const btSoftBody& soft, const btCollisionObject& object) {
 
 }  // namespace
 
-RigidMeshDetection::RigidMeshDetection(const ContactsOfKind& kind, WorldMirror& mirror, const Settings& settings)
-    : kind_(kind),
-      mirror_(mirror),
-      settings_(settings),
-      query_(mirror.scene(), mesh_options(kind, settings)),
-      meshes_(mirror) {
-  query_.set_pair_filter([this](BodyId a, BodyId b) { return meshes_.wants(a, b); });
+QueryOptions MeshPolicy::options(const ContactsOfKind& kind, const Settings& settings) {
+  QueryOptions options = continuous_options(settings);
+  options.features = {/*vertex_triangle=*/true, holds_faces(kind) || settings.edge_contacts == EdgeContacts::respond};
+  return options;
 }
 
-void RigidMeshDetection::follow_settings() {
-  query_.set_options(mesh_options(kind_, settings_));
-  touches_.forget_notes();
-}
-
-void RigidMeshDetection::require_mesh(const MeshKey& key, Span<const RigidPair> pairs, btScalar time_step,
-                                      const ReadsWhole& reads_whole) {
-  const auto& shape = static_cast<const btConcaveShape&>(*std::get<1>(key));
+void MeshPolicy::require(const RigidKey& key, Span<const RigidPair> pairs, btScalar time_step,
+                         const ReadsWhole& reads_whole, RigidParts<RigidMesh>& parts) {
+  const auto& shape = static_cast<const btConcaveShape&>(*pairs[0].shape);
   const RigidPoses poses = poses_of(*pairs[0].object, pairs[0].shape_in_object, time_step);
   const bool has_edges = holds_faces(kind_) || std::any_of(pairs.begin(), pairs.end(), [this](const RigidPair& pair) {
                            return !mirror_.member(*pair.soft).mesh.segments.empty();
                          });
-  std::vector<RigidBox> boxes;
+  std::vector<Bounds> boxes;
   for (const RigidPair& pair : pairs) {
     const btScalar margin = pair.soft->getCollisionShape()->getMargin() + shape.getMargin();
     boxes.push_back(box_in_shape(swept_box(*pair.soft, margin), poses));
   }
-  const Meshes::Part* const known = meshes_.find(key);
+  const RigidPart<RigidMesh>* const known = parts.find(key);
   const bool is_whole = known != nullptr && std::any_of(pairs.begin(), pairs.end(), [&](const RigidPair& pair) {
                           return reads_whole(*pair.soft, known->id);
                         });
   const auto read = [&](RigidMesh& mesh) { return is_whole ? mesh.read_whole(shape) : mesh.read(shape, boxes); };
-  const Meshes::Part& mesh = meshes_.require(key, *pairs[0].object, shape.getMargin(), has_edges, poses, read);
-  for (const RigidPair& pair : pairs) {
-    meshes_.want(mesh, *pair.soft);
-    near_parts_.push_back({pair.soft, mesh.id, mesh.object, &mesh.shape, mesh.margin});
-  }
+  const auto& mesh = parts.require(key, *pairs[0].object, shape.getMargin(), has_edges, poses, read);
+  for (const RigidPair& pair : pairs) parts.want(mesh, *pair.soft, mirror_.member(*pair.soft).id);
 }
 
-void RigidMeshDetection::read(std::vector<RigidPair> pairs, btScalar time_step, const ReadsWhole& reads_whole) {
-  near_parts_.clear();
-  // Skips sleeping bodies: Bullet neither solves nor clears their contacts, which would pile up.
-  std::erase_if(pairs, [](const RigidPair& pair) { return !pair.soft->isActive() || pair.soft->m_nodes.size() == 0; });
-  for (const RigidPair& pair : pairs) mirror_.require(*pair.soft, /*needs_way=*/true);
-  meshes_.begin_step();
-  // Takes meshes in the order in which Bullet dispatched them. Addresses, which make the key, differ from run to run.
-  const auto key_of = [](const RigidPair& pair) { return MeshKey(BodyKey(*pair.object), pair.shape, pair.child); };
-  for (auto begin = pairs.begin(); begin != pairs.end();) {
-    const MeshKey key = key_of(*begin);
-    const auto end =
-        std::stable_partition(begin, pairs.end(), [&](const RigidPair& pair) { return key_of(pair) == key; });
-    require_mesh(key, {&*begin, static_cast<std::size_t>(end - begin)}, time_step, reads_whole);
-    begin = end;
-  }
-  meshes_.end_step();
-}
-
-void RigidMeshDetection::find_contacts(const TangledNodes* released) {
-  touches_.forget_notes();
-  if (near_parts_.empty()) return;
+void MeshPolicy::begin_contacts(Span<const NearRigidPart> /*near*/, const TangledNodes* released) {
   released_ = released;
-  find_touches();
-  touches_.prepare_to_write(settings_.read_out != ReadOut::off);
-  touches_.write();
-}
-
-void RigidMeshDetection::find_touches() {
-  touches_.clear();
+  tests_edges_ = options(kind_, settings_).features.edge_edge;
   corner_touches_.clear();
   edge_touches_.clear();
   node_normals_.clear();
   node_touches_.clear();
-  meshes_.for_each_contact(query_.detect(), [&](const MeshContact& found) {
-    if (is_released(found)) return;
-    if (found.contact.kind == ContactKind::edge_edge) {
-      find_edge_touch(found);
-    } else if (found.is_part_a) {
-      find_face_touch(found);
-    } else {
-      btSoftBody& soft = *found.soft.body;
-      btSoftBody::Node& node = soft.m_nodes[static_cast<int>(found.contact.feature_a)];
-      const bool is_of_others =
-          !node_touches_.empty() && (node_touches_[0].node != &node || node_touches_[0].mesh != found.part.id);
-      if (is_of_others) add_node_touches();
-      if (!takes_node_contacts(soft, node)) return;
-      const RigidTouch touch = found.touch(found.margin());
-      const btScalar depth_at_end = depth(touch, node.*kind_.ends.end, touch.object_point_t1);
-      if (depth_at_end < 0) node_touches_.push_back({&soft, &node, found.part.id, touch, depth_at_end});
-    }
-  });
+}
+
+void MeshPolicy::take(const MeshContact& found) {
+  if (is_released(found)) return;
+  if (found.contact.kind == ContactKind::edge_edge) {
+    find_edge_touch(found);
+  } else if (found.is_part_a) {
+    find_face_touch(found);
+  } else {
+    find_node_touch(found);
+  }
+}
+
+void MeshPolicy::end_contacts() {
   add_node_touches();
   add_corner_touches();
   add_edge_touches();
 }
 
+void MeshPolicy::find_node_touch(const MeshContact& found) {
+  btSoftBody& soft = *found.soft.body;
+  btSoftBody::Node& node = soft.m_nodes[static_cast<int>(found.contact.feature_a)];
+  const bool is_of_others =
+      !node_touches_.empty() && (node_touches_[0].node != &node || node_touches_[0].mesh != found.part.id);
+  if (is_of_others) add_node_touches();
+  if (!takes_node_contacts(soft, node)) return;
+  const RigidTouch touch = found.touch(found.margin());
+  const btScalar depth_at_end = depth(touch, node.*kind_.ends.end, touch.object_point_t1);
+  if (depth_at_end < 0) node_touches_.push_back({&soft, &node, found.part.id, touch, depth_at_end});
+}
+
 /// Returns whether a node of the soft body moves out of the object.
-bool RigidMeshDetection::is_released(const MeshContact& found) const {
+bool MeshPolicy::is_released(const MeshContact& found) const {
   if (released_ == nullptr || released_->empty()) return false;
   const std::uint32_t* const begin = found.contact.vertices + found.first_of_soft();
   return std::any_of(begin, begin + found.count_of_soft(), [&](std::uint32_t node) {
@@ -146,7 +111,7 @@ bool RigidMeshDetection::is_released(const MeshContact& found) const {
 }
 
 /// Adds the deepest touch in each distinct direction, of one node's touches with one mesh.
-void RigidMeshDetection::add_node_touches() {
+void MeshPolicy::add_node_touches() {
   std::stable_sort(node_touches_.begin(), node_touches_.end(),
                    [](const NodeTouch& a, const NodeTouch& b) { return a.depth_at_end < b.depth_at_end; });
   auto end_of_kept = node_touches_.begin();
@@ -157,13 +122,13 @@ void RigidMeshDetection::add_node_touches() {
     });
     if (is_known) continue;
     touches_.add(*each.soft, *each.node, touch);
-    if (query_.options().features.edge_edge) node_normals_.emplace(std::pair(each.node, touch.object), touch.normal);
+    if (tests_edges_) node_normals_.emplace(std::pair(each.node, touch.object), touch.normal);
     *end_of_kept++ = each;
   }
   node_touches_.clear();
 }
 
-void RigidMeshDetection::find_face_touch(const MeshContact& found) {
+void MeshPolicy::find_face_touch(const MeshContact& found) {
   btSoftBody& soft = *found.soft.body;
   if (!has_deformable_contacts(soft) || !solves_faces(soft, *found.part.object)) return;
   if (found.contact.feature_b >= found.soft.mesh.face_count) return;
@@ -179,13 +144,13 @@ void RigidMeshDetection::find_face_touch(const MeshContact& found) {
   }
 }
 
-void RigidMeshDetection::add_corner_touches() {
+void MeshPolicy::add_corner_touches() {
   for (const auto& [soft, face, weights, touch] : corner_touches_) {
     if (!are_held(*face, weights, touch, kNearlySameNormal)) touches_.add(*soft, *face, weights, touch);
   }
 }
 
-void RigidMeshDetection::find_edge_touch(const MeshContact& found) {
+void MeshPolicy::find_edge_touch(const MeshContact& found) {
   const WorldMirror::Member& member = found.soft;
   const bool is_link = !member.mesh.segments.empty();
   const bool is_answered = is_link ? settings_.edge_contacts == EdgeContacts::respond
@@ -206,8 +171,8 @@ void RigidMeshDetection::find_edge_touch(const MeshContact& found) {
 
 /// Returns whether all nodes with a weight have contacts that push them off the object in that direction. This is the
 /// case on a flat surface, whose triangles have corners and edges, too.
-bool RigidMeshDetection::are_held(const btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch,
-                                  btScalar least_cosine) const {
+bool MeshPolicy::are_held(const btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch,
+                          btScalar least_cosine) const {
   const auto is_held = [&](const btSoftBody::Node* node) {
     const auto [begin, end] = node_normals_.equal_range({node, touch.object});
     return std::any_of(begin, end, [&](const auto& held) { return held.second.dot(touch.normal) > least_cosine; });
@@ -219,7 +184,7 @@ bool RigidMeshDetection::are_held(const btSoftBody::Face& face, const btVector3&
 }
 
 /// Adds the deepest touch in each distinct direction, of one edge's touches with one mesh.
-void RigidMeshDetection::add_edge_touches() {
+void MeshPolicy::add_edge_touches() {
   for (auto& [key, touches] : edge_touches_) {
     const WorldMirror::Member& member = mirror_.member(BodyId{std::get<0>(key)});
     std::stable_sort(touches.begin(), touches.end(),

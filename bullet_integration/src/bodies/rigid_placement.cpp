@@ -1,4 +1,4 @@
-#include "rigid/rigid_placement.hpp"
+#include "bodies/rigid_placement.hpp"
 
 #include <algorithm>
 
@@ -26,7 +26,7 @@ namespace {
 /// (2 s - 1) sin(a) J in the axes half-way, where J is the quarter turn. The vertex that meets a point x differs from
 /// the mean, by weights (1 - s) and s, of those that meet it at the ends. The difference is at most tan(a)^2 (cos(a) +
 /// sin(a)) |x - p| + sin(a) |p1 - p0| / 2.
-btScalar bulge(const RigidBox& box, const RigidPoses& poses) {
+btScalar bulge(const Bounds& box, const RigidPoses& poses) {
   if (poses.t0.getBasis() == poses.t1.getBasis()) return 0;
   const btScalar angle = poses.t0.getRotation().angleShortestPath(poses.t1.getRotation()) / 2;
   constexpr btScalar kLeastCosine = btScalar(1e-3);
@@ -44,22 +44,19 @@ btScalar bulge(const RigidBox& box, const RigidPoses& poses) {
 
 }  // namespace
 
-RigidBox box_in_shape(const RigidBox& box, const RigidPoses& poses) {
+Bounds box_in_shape(const Bounds& box, const RigidPoses& poses) {
   const btVector3 center = (box.low + box.high) / 2;
   const btVector3 half = (box.high - box.low) / 2;
-  const auto box_at = [&](const btTransform& pose) -> RigidBox {
+  const auto box_at = [&](const btTransform& pose) -> Bounds {
     const btTransform inverse = pose.inverse();
     const btVector3 local_center = inverse * center;
     const btVector3 local_half(half.dot3(inverse.getBasis()[0].absolute(), inverse.getBasis()[1].absolute(),
                                          inverse.getBasis()[2].absolute()));
     return {local_center - local_half, local_center + local_half};
   };
-  RigidBox result = box_at(poses.t0);
-  const RigidBox end = box_at(poses.t1);
-  result.low.setMin(end.low);
-  result.high.setMax(end.high);
-  const btScalar growth = bulge(box, poses);
-  return {result.low - btVector3(growth, growth, growth), result.high + btVector3(growth, growth, growth)};
+  Bounds result = box_at(poses.t0);
+  result.add(box_at(poses.t1));
+  return result.grown(bulge(box, poses));
 }
 
 void RigidShape::clear() {
