@@ -164,9 +164,15 @@ bool ContactDetection::may_be_released(const MemberContact& found) const {
 void ContactDetection::find_tangles(Span<const Contact> contacts) {
   tangled_.clear();
   if (!looks_for_tangles()) return;
-  mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
+  is_tangled_.resize(contacts.size());
+  for_each_contact_in_parallel(mirror_, contacts, [this](std::size_t i, const MemberContact& found) {
     const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
-    if (has_faces && has_begun_before(found.contact) && may_be_released(found)) tangled_.add(found, kind_.ends);
+    is_tangled_[i] =
+        has_faces && has_begun_before(found.contact) && may_be_released(found) && is_tangled(found, kind_.ends);
+  });
+  std::size_t i = 0;
+  mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
+    if (is_tangled_[i++] != 0) tangled_.add(found);
   });
 }
 

@@ -69,7 +69,8 @@ class ContactDetection {
   std::unordered_set<const btSoftBody*>
       spoilt_;  ///< some of their nodes are not finite, and the solver would spread this
   TangledNodes tangled_;
-  std::vector<std::uint8_t> is_used_;  ///< of the step's contacts, if the economy chooses
+  std::vector<std::uint8_t> is_tangled_;  ///< of the step's contacts, if it looks for tangles
+  std::vector<std::uint8_t> is_used_;     ///< of the step's contacts, if the economy chooses
   ContactEconomy economy_;
   std::unique_ptr<SolverContacts> solver_contacts_;
   ContactNotes notes_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <optional>
@@ -68,20 +69,34 @@ class Plane {
   bool is_degenerate() const { return !(max_norm(normal_) > error_); }
 
   /// Returns 1 or -1, or 0 if rounding may have decided.
-  int side_of(Vec3d point) const {
-    const Vec3d offset = point - origin_;
-    const double volume = dot(normal_, offset);
-    const double error = error_ * max_norm(offset);
+  int side_of(Vec3d point) const { return side_of(point, volume_of(point)); }
+  /// Returns the same for a point whose volume_of() is known.
+  int side_of(Vec3d point, double volume) const {
+    const double error = error_ * max_norm(point - origin_);
     return volume > error ? 1 : (volume < -error ? -1 : 0);
   }
+  /// Returns six times the volume between the point and the triangle of the plane's origin and directions.
+  double volume_of(Vec3d point) const { return dot(normal_, point - origin_); }
 
  private:
   Vec3d origin_, normal_;
   double error_;
 };
 
-std::array<int, 3> sides_of(const Corners& corners, const Plane& plane) {
-  return {plane.side_of(corners[0]), plane.side_of(corners[1]), plane.side_of(corners[2])};
+/// The sides of a plane on which a triangle's corners are.
+struct CornerSides {
+  std::array<int, 3> of;
+  double least_volume;  ///< see Plane::volume_of(): the least of all, without signs; 0 if one has no side
+};
+
+CornerSides sides_of(const Corners& corners, const Plane& plane) {
+  CornerSides sides{{}, std::numeric_limits<double>::infinity()};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double volume = plane.volume_of(corners[i]);
+    sides.of[i] = plane.side_of(corners[i], volume);
+    sides.least_volume = sides.of[i] == 0 ? 0 : std::min(sides.least_volume, std::abs(volume));
+  }
+  return sides;
 }
 
 /// Rotates the corners so that the one that is alone on its side is first. Returns false if no two are on different
@@ -95,18 +110,41 @@ bool put_lone_corner_first(Corners& corners, std::array<int, 3>& sides) {
   return true;
 }
 
-/// Returns whether the insides of the triangles, without borders, have points in common. Triangles in one plane do not
-/// count. Method: Guigue and Devillers, Fast and Robust Triangle-Triangle Overlap Test Using Orientation Predicates
-/// (2003). The lone corners are first, and on the other triangle's positive side. On the line that the planes share,
-/// each triangle then begins before the other ends.
-bool do_triangles_intersect(Corners a, Corners b) {
-  std::array<int, 3> sides_of_a = sides_of(a, Plane::through(b[0], b[1], b[2]));
-  if (!put_lone_corner_first(a, sides_of_a)) return false;
-  std::array<int, 3> sides_of_b = sides_of(b, Plane::through(a[0], a[1], a[2]));
-  if (!put_lone_corner_first(b, sides_of_b)) return false;
-  if (sides_of_a[0] < 0) std::swap(b[1], b[2]);
-  if (sides_of_b[0] < 0) std::swap(a[1], a[2]);
-  return Plane::through(a[0], a[1], b[0]).side_of(b[1]) < 0 && Plane::through(a[0], a[2], b[2]).side_of(b[0]) < 0;
+/// How two triangles that are not in one plane meet.
+enum class Meeting {
+  apart,             ///< they certainly do not touch
+  touch_or_apart,    ///< they may touch, or rounding may have decided
+  intersect_inside,  ///< their insides, without borders, certainly have points in common
+};
+
+/// Triangles do not touch if all volumes that decide are larger than this, relative to their extent to the third power.
+/// If the triangles came as near to each other as kRounding of the extent, a volume would be at most 30 times that.
+constexpr double kClearVolume = 100 * kRounding;
+
+/// Returns the extent of both triangles' corners.
+double extent_of(const Corners& a, const Corners& b) {
+  return std::max({max_norm(a[1] - a[0]), max_norm(a[2] - a[0]), max_norm(b[0] - a[0]), max_norm(b[1] - a[0]),
+                   max_norm(b[2] - a[0])});
+}
+
+/// Method: Guigue and Devillers, Fast and Robust Triangle-Triangle Overlap Test Using Orientation Predicates (2003).
+/// The lone corners are first, and on the other triangle's positive side. On the line that the planes share, each
+/// triangle then begins before the other ends.
+Meeting meeting_of(Corners a, Corners b) {
+  CornerSides sides_of_a = sides_of(a, Plane::through(b[0], b[1], b[2]));
+  if (!put_lone_corner_first(a, sides_of_a.of)) return Meeting::touch_or_apart;
+  CornerSides sides_of_b = sides_of(b, Plane::through(a[0], a[1], a[2]));
+  if (!put_lone_corner_first(b, sides_of_b.of)) return Meeting::touch_or_apart;
+  if (sides_of_a.of[0] < 0) std::swap(b[1], b[2]);
+  if (sides_of_b.of[0] < 0) std::swap(a[1], a[2]);
+  const Plane ends[2] = {Plane::through(a[0], a[1], b[0]), Plane::through(a[0], a[2], b[2])};
+  const double volumes[2] = {ends[0].volume_of(b[1]), ends[1].volume_of(b[0])};
+  const bool begins_before_end = ends[0].side_of(b[1], volumes[0]) < 0;
+  if (begins_before_end && ends[1].side_of(b[0], volumes[1]) < 0) return Meeting::intersect_inside;
+  const double extent = extent_of(a, b);
+  const double clear_volume = kClearVolume * extent * extent * extent;
+  const double least = std::min({sides_of_a.least_volume, sides_of_b.least_volume, std::max(volumes[0], volumes[1])});
+  return least > clear_volume ? Meeting::apart : Meeting::touch_or_apart;
 }
 
 /// Links are represented as triangles that repeat their second corner.
@@ -123,10 +161,11 @@ bool goes_through(const Corners& link, const Corners& face) {
          Plane::through(link[0], link[1], face[2]).side_of(face[0]) == side;
 }
 
-/// Returns false for two links, for which this cannot be decided.
-bool intersect(const Corners& a, const Corners& b) {
-  if (is_link(a)) return !is_link(b) && goes_through(a, b);
-  return is_link(b) ? goes_through(b, a) : do_triangles_intersect(a, b);
+/// Returns Meeting::touch_or_apart for two links, for which this cannot be decided.
+Meeting meeting_of_faces(const Corners& a, const Corners& b) {
+  if (!is_link(a) && !is_link(b)) return meeting_of(a, b);
+  const bool intersect = is_link(a) ? !is_link(b) && goes_through(a, b) : goes_through(b, a);
+  return intersect ? Meeting::intersect_inside : Meeting::touch_or_apart;
 }
 
 /// Returns whether `holds` for one of the body's faces that have both nodes.
@@ -135,18 +174,6 @@ bool any_face_with(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other
   for (std::uint32_t i = mesh.first_face_of_node[node]; i < mesh.first_face_of_node[node + 1]; ++i) {
     const std::uint32_t face = mesh.faces_of_nodes[i];
     if (has_vertex(mesh.corners(face), other) && holds(face)) return true;
-  }
-  return false;
-}
-
-/// Calls visit(node, other side's body) for the contact's nodes until it returns true.
-template <class Visit>
-bool any_node(const MemberContact& found, Visit visit) {
-  const int count_a = found.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
-  for (int i = 0; i < 4; ++i) {
-    const btSoftBody* const own = i < count_a ? found.a.body : found.b.body;
-    const btSoftBody* const other = i < count_a ? found.b.body : found.a.body;
-    if (visit(&own->m_nodes[static_cast<int>(found.contact.vertices[i])], other)) return true;
   }
   return false;
 }
@@ -329,7 +356,7 @@ bool any_touch(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b, P
 /// Returns false if rounding may have decided.
 bool are_apart(const Corners& a, const Corners& b) {
   const auto is_beside = [](const Corners& face, const Corners& other) {
-    const std::array<int, 3> sides = sides_of(face, Plane::through(other[0], other[1], other[2]));
+    const std::array<int, 3> sides = sides_of(face, Plane::through(other[0], other[1], other[2])).of;
     return sides[0] != 0 && sides[1] == sides[0] && sides[2] == sides[0];
   };
   const std::array<Vec3d, 6> both = {a[0], a[1], a[2], b[0], b[1], b[2]};
@@ -357,8 +384,9 @@ bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint3
   const Corners a = corners_of(sides.a, face_a, sides.start_a);
   const Corners b = corners_of(sides.b, face_b, sides.start_b);
   if (are_apart(a, b)) return false;
-  return intersect(a, b) ||
-         any_touch(sides, face_a, face_b, [&](const Touch& touch) { return are_through_at(touch, sides); });
+  const Meeting meeting = meeting_of_faces(a, b);
+  if (meeting != Meeting::touch_or_apart) return meeting == Meeting::intersect_inside;
+  return any_touch(sides, face_a, face_b, [&](const Touch& touch) { return are_through_at(touch, sides); });
 }
 
 /// Returns whether a gap along the contact's normal certainly separates all faces at one feature from all faces at the
@@ -416,22 +444,19 @@ bool is_touching(const MemberContact& found, const NodeEnds& ends) {
 
 bool may_be_tangled_at_the_end(const MemberContact& found, const NodeEnds& ends) {
   return are_links(found) || any_two_faces(found, [&](std::uint32_t face_a, std::uint32_t face_b) {
-           return intersect(corners_of(found.a, face_a, ends.end), corners_of(found.b, face_b, ends.end));
+           const Meeting meeting =
+               meeting_of_faces(corners_of(found.a, face_a, ends.end), corners_of(found.b, face_b, ends.end));
+           return meeting == Meeting::intersect_inside;
          });
 }
 
-void TangledNodes::add(const MemberContact& found, const NodeEnds& ends) {
-  if (has_all_of(found) || !is_tangled(found, ends)) return;
-  any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
-    nodes_.emplace(node, other);
-    return false;
-  });
-}
-
-bool TangledNodes::has_all_of(const MemberContact& found) const {
-  return !nodes_.empty() && !any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
-    return nodes_.count({node, other}) == 0;
-  });
+void TangledNodes::add(const MemberContact& found) {
+  const int count_a = found.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
+  for (int i = 0; i < 4; ++i) {
+    const btSoftBody* const own = i < count_a ? found.a.body : found.b.body;
+    const btSoftBody* const other = i < count_a ? found.b.body : found.a.body;
+    nodes_.emplace(&own->m_nodes[static_cast<int>(found.contact.vertices[i])], other);
+  }
 }
 
 }  // namespace softcd::bullet

@@ -30,8 +30,8 @@ bool may_be_tangled_at_the_end(const MemberContact& found, const NodeEnds& ends)
 class TangledNodes {
  public:
   void clear() { nodes_.clear(); }
-  /// Adds the nodes of the contact if its features are tangled.
-  void add(const MemberContact& found, const NodeEnds& ends);
+  /// Adds the nodes of a contact whose features are tangled.
+  void add(const MemberContact& found);
   /// Adds a node that is tangled with the object.
   void add(const btSoftBody::Node& node, const btCollisionObject& other) { nodes_.emplace(&node, &other); }
   bool empty() const { return nodes_.empty(); }
@@ -57,8 +57,6 @@ class TangledNodes {
   }
 
  private:
-  bool has_all_of(const MemberContact& found) const;
-
   std::set<std::pair<const btSoftBody::Node*, const btCollisionObject*>> nodes_;
 };
 
