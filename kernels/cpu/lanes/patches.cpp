@@ -71,7 +71,7 @@ HWY_INLINE std::uint64_t columns_in_lanes(const PatchBounds<kSwept>& a, std::uin
     hn::StoreMaskBits(columns, apart, apart_bits);
     bits |= static_cast<std::uint64_t>(~apart_bits[0] & ((1U << at_once) - 1U)) << first;
   }
-  return bits;
+  return bits & b.owners_with(a, row);
 }
 
 template <bool kSwept>

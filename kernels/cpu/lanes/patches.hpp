@@ -15,8 +15,9 @@ std::uint64_t triangles_that_meet(const PatchBounds<kSwept>& a, std::uint32_t ro
   std::uint64_t bits = 0;
   for (int part = 0; rows != 0; rows &= rows - 1U) {
     const auto row = static_cast<std::uint32_t>(lowest_bit(rows));
+    const std::uint32_t owners = b.owners_with(a, row);
     for (std::uint32_t column = 0; column < kPatchSize; ++column, ++part) {
-      bool is_apart = false;
+      bool is_apart = (owners >> column & 1U) == 0U;
       for (int axis = 0; axis < kKdopAxes; ++axis) {
         bool is_below = true;
         bool is_above = true;
@@ -39,6 +40,7 @@ std::uint64_t triangles_that_meet(const PatchBounds<kSwept>& a, std::uint32_t ro
 /// Return which triangles of two patches meet. Bit kPatchSize * r + c is about the triangle in the r-th of `rows`,
 /// which are bits, and triangle c of `b`. It is clear only if
 /// - their volumes are apart along an axis, in one direction at both ends of the step;
+/// - or neither owns a feature that could touch the other;
 /// - or they share a vertex, and such neighbours are left out.
 /// Test several columns at once, in whatever registers the processor has.
 std::uint64_t triangles_that_meet(const PatchBounds<true>& a, std::uint32_t rows, const PatchBounds<true>& b,

@@ -25,6 +25,7 @@ PatchBounds<kSwept> random_bounds(Random& random) {
       }
     }
     for (int corner = 0; corner < 3; ++corner) bounds.v[corner][i] = random.below(40);
+    bounds.set_owned(i, random.below(3) == 0 ? 0U : random.below(64));
   }
   return bounds;
 }

@@ -128,6 +128,12 @@ struct PairTest {
     return meet_on_their_way(a, b);
   }
 
+  /// Decides the same for such triangles that share no vertex.
+  SOFTCD_HD bool meet_on_their_way(std::uint32_t a, std::uint32_t b) const {
+    if constexpr (kSwept) return !move_past(end_volumes[a], end_volumes[b]) || meet_in_a_slab(a, b);
+    return true;
+  }
+
  private:
   SOFTCD_HD bool volumes_meet(std::uint32_t a, std::uint32_t b) const {
     if constexpr (kSwept) {
@@ -135,11 +141,6 @@ struct PairTest {
     } else {
       return overlap(volumes[a], volumes[b]);
     }
-  }
-
-  SOFTCD_HD bool meet_on_their_way(std::uint32_t a, std::uint32_t b) const {
-    if constexpr (kSwept) return !move_past(end_volumes[a], end_volumes[b]) || meet_in_a_slab(a, b);
-    return true;
   }
 
   SOFTCD_HD bool neighbours_may_touch(std::uint32_t a, std::uint32_t b) const {

@@ -17,7 +17,7 @@ namespace softcd {
 constexpr float kLargestPatch = 4.0F;
 
 /// The lower bounds of a patch's triangles, then the upper ones. Each axis of a Kdop18 has the values of all triangles
-/// side by side; swept, those at t0, then those at t1. Bounds without a triangle are empty.
+/// side by side; swept, those at t0, then those at t1. Bounds without a triangle are empty, and own nothing.
 template <bool kSwept>
 struct alignas(16) PatchBounds {
   static constexpr int kEnds = kSwept ? 2 : 1;
@@ -25,6 +25,20 @@ struct alignas(16) PatchBounds {
   float lo[kKdopAxes][kEnds][kPatchSize];
   float hi[kKdopAxes][kEnds][kPatchSize];
   std::uint32_t v[3][kPatchSize];  ///< the triangles' vertices
+  std::uint32_t vertex_owners;     ///< bits: triangles that own vertices that are wanted
+  std::uint32_t edge_owners;       ///< the same of edges
+
+  /// Sets whether the triangle owns any of its `features`, bits of wanted_features().
+  SOFTCD_HD void set_owned(std::uint32_t i, std::uint32_t features) {
+    vertex_owners = (vertex_owners & ~(1U << i)) | std::uint32_t{(features & 7U) != 0U} << i;
+    edge_owners = (edge_owners & ~(1U << i)) | std::uint32_t{(features & 56U) != 0U} << i;
+  }
+  /// Returns bits: the triangles of which, or the one in the row of `other`, owns a feature that could touch the other.
+  SOFTCD_HD std::uint32_t owners_with(const PatchBounds& other, std::uint32_t row) const {
+    constexpr std::uint32_t kAll = (1U << kPatchSize) - 1U;
+    if ((other.vertex_owners >> row & 1U) != 0U) return kAll;
+    return vertex_owners | ((other.edge_owners >> row & 1U) != 0U ? edge_owners : 0U);
+  }
 
   SOFTCD_HD void set(std::uint32_t i, const Triangle& triangle) {
     for (int corner = 0; corner < 3; ++corner) v[corner][i] = triangle.v[corner];
@@ -175,10 +189,12 @@ struct BoundPatch {
     } else {
       nothing = &empty;
     }
+    patch.vertex_owners = patch.edge_owners = 0U;
     for (std::uint32_t first = 0; first < kPatchSize; first += 4) {
       const Volume* four[4];
       for (std::uint32_t k = 0; k < 4; ++k) {
         const std::uint32_t t = scene.element_triangle(element, first + k);
+        patch.set_owned(first + k, t == kNoIndex ? 0U : wanted_features(shapes[t].flags));
         patch.set(first + k, t == kNoIndex ? Triangle{{kNoIndex, kNoIndex, kNoIndex}} : scene.triangles[t]);
         four[k] = t == kNoIndex ? nothing : volume_of(t);
       }
@@ -310,12 +326,18 @@ struct PatchWork {
   SOFTCD_HD std::uint32_t part_count() const { return kPatchSize * count_bits(rows); }
 };
 
+/// Two triangles whose volumes meet.
+struct MeetingTriangles {
+  std::uint32_t a, b;
+  bool may_share_vertex;
+};
+
 /// Finds the pairs of triangles of a pair with a patch. Lanes decide which parts meet (cpu/lanes/patches.hpp). Part k
 /// is the pair of the triangle of `a` in the (k / kPatchSize)-th of `rows` and of triangle k % kPatchSize of `b`.
 template <bool kSwept>
 struct ExpandPatchPair {
   using Item = PatchWork;
-  using Candidate = PairCandidate;
+  using Candidate = MeetingTriangles;
   using Bounds = PatchBounds<kSwept>;
 
   PairTest<kSwept> pair_test;
@@ -333,16 +355,18 @@ struct ExpandPatchPair {
   /// Sets `candidate` to the pair of a part.
   SOFTCD_HD void list(const Item& work, std::uint32_t part, Candidate& candidate) const {
     const SceneView& scene = pair_test.scene;
-    candidate = {pair_test.entry_of(scene.element_triangle(work.a, nth_bit(work.rows, part / kPatchSize))),
-                 pair_test.entry_of(scene.element_triangle(work.b, part % kPatchSize))};
+    candidate = {scene.element_triangle(work.a, nth_bit(work.rows, part / kPatchSize)),
+                 scene.element_triangle(work.b, part % kPatchSize), scene.self_collision && !work.leaves_neighbours};
   }
 
   /// Appends a pair whose volumes meet, and that is not left out, if its features may touch.
   template <class Pairs>
   SOFTCD_HD void test_meeting(const Candidate& candidate, Pairs& pairs) const {
-    const bool may_touch = pair_test.own_features(candidate.a, candidate.b) &&
-                           pair_test.meeting_triangles_may_touch(candidate.a.root, candidate.b.root);
-    if (may_touch) pairs.push(pair_key(candidate.a.root, candidate.b.root));
+    if (may_touch(candidate)) pairs.push(pair_key(candidate.a, candidate.b));
+  }
+  SOFTCD_HD bool may_touch(const Candidate& candidate) const {
+    if (candidate.may_share_vertex) return pair_test.meeting_triangles_may_touch(candidate.a, candidate.b);
+    return pair_test.meet_on_their_way(candidate.a, candidate.b);
   }
 
   SOFTCD_HD const Bounds& bounds_of(std::uint32_t patch_element) const {
@@ -351,6 +375,8 @@ struct ExpandPatchPair {
   /// Stores the bounds of a triangle as the first of a patch.
   SOFTCD_HD void load_first(std::uint32_t triangle, Bounds& one) const {
     one.set(0, pair_test.scene.triangles[triangle]);
+    one.vertex_owners = one.edge_owners = 0U;
+    one.set_owned(0, wanted_features(pair_test.shapes[triangle].flags));
     if constexpr (kSwept) {
       one.set(0, pair_test.end_volumes[triangle]);
     } else {
@@ -392,11 +418,10 @@ struct KeepPatchPair : ExpandPatchPair<false> {
 
   template <class Kept, class Pairs>
   SOFTCD_HD void test_meeting(const Candidate& candidate, Kept& kept, Pairs& pairs) const {
-    const std::uint32_t a = candidate.a.root;
-    const std::uint32_t b = candidate.b.root;
-    if (!pair_test.own_features(candidate.a, candidate.b) || !pair_test.meeting_triangles_may_touch(a, b)) return;
-    kept.push(pair_key(a, b));
-    if (test.may_meet(a, b)) pairs.push(pair_key(a, b));
+    if (!this->may_touch(candidate)) return;
+    const std::uint64_t pair = pair_key(candidate.a, candidate.b);
+    kept.push(pair);
+    if (test.may_meet(candidate.a, candidate.b)) pairs.push(pair);
   }
 };
 
