@@ -60,7 +60,6 @@ class TwoPatches {
       std::map<std::uint64_t, int> counts;
       void push(std::uint64_t key) { ++counts[key]; }
     } pairs;
-    if (work.rows == 0U) return {};
     std::uint64_t parts = cpu::UnitLanes<ExpandPatchPair<false>>::may_pass(stage, work, 0, work.part_count());
     for (; parts != 0U; parts &= parts - 1U) {
       MeetingTriangles candidate{};

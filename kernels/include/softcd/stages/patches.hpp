@@ -320,10 +320,10 @@ struct RegisterPatch {
 /// Two patches, or a triangle and a patch, or a patch and itself, that may touch.
 struct PatchWork {
   std::uint32_t a, b;
-  std::uint32_t rows;      ///< bits: triangles of `a` that may touch some of `b`
+  bool has_two_patches;    ///< `a` is a patch, too
   bool leaves_neighbours;  ///< omits pairs that share a vertex: their features are listed
 
-  SOFTCD_HD std::uint32_t part_count() const { return kPatchSize * count_bits(rows); }
+  SOFTCD_HD std::uint32_t part_count() const { return has_two_patches ? kPatchSize * kPatchSize : kPatchSize; }
 };
 
 /// Two triangles whose volumes meet.
@@ -333,7 +333,7 @@ struct MeetingTriangles {
 };
 
 /// Finds the pairs of triangles of a pair with a patch. Lanes decide which parts meet (cpu/lanes/patches.hpp). Part k
-/// is the pair of the triangle of `a` in the (k / kPatchSize)-th of `rows` and of triangle k % kPatchSize of `b`.
+/// is the pair of triangle k / kPatchSize of `a` and triangle k % kPatchSize of `b`.
 template <bool kSwept>
 struct ExpandPatchPair {
   using Item = PatchWork;
@@ -348,15 +348,14 @@ struct ExpandPatchPair {
     const SceneView& scene = pair_test.scene;
     const auto a = static_cast<std::uint32_t>(patch_pairs[i] >> 32);
     const auto b = static_cast<std::uint32_t>(patch_pairs[i]);
-    const std::uint32_t rows = scene.is_patch(a) ? rows_that_meet(bounds_of(a), b) : 1U;
-    return {a, b, rows, scene.self_collision && scene.bodies[scene.element_body(a)].lists_neighbours};
+    return {a, b, scene.is_patch(a), scene.self_collision && scene.bodies[scene.element_body(a)].lists_neighbours};
   }
 
   /// Sets `candidate` to the pair of a part.
   SOFTCD_HD void list(const Item& work, std::uint32_t part, Candidate& candidate) const {
     const SceneView& scene = pair_test.scene;
-    candidate = {scene.element_triangle(work.a, nth_bit(work.rows, part / kPatchSize)),
-                 scene.element_triangle(work.b, part % kPatchSize), scene.self_collision && !work.leaves_neighbours};
+    candidate = {scene.element_triangle(work.a, part / kPatchSize), scene.element_triangle(work.b, part % kPatchSize),
+                 scene.self_collision && !work.leaves_neighbours};
   }
 
   /// Appends a pair whose volumes meet, and that is not left out, if its features may touch.
@@ -382,23 +381,6 @@ struct ExpandPatchPair {
     } else {
       one.set(0, pair_test.volumes[triangle]);
     }
-  }
-
- private:
-  /// Returns bits: the triangles of a patch whose boxes meet that of element `b`.
-  SOFTCD_HD std::uint32_t rows_that_meet(const Bounds& a, std::uint32_t b) const {
-    std::uint32_t is_apart[kPatchSize] = {};
-    for (int axis = 0; axis < 3; ++axis) {
-      const EndVolumes::Axis on_b = bounds_on(axis, b);
-      for (std::uint32_t row = 0; row < kPatchSize; ++row) {
-        const bool is_below = (a.hi[axis][0][row] < on_b.t0_lo) & (a.hi[axis][Bounds::kEnds - 1][row] < on_b.t1_lo);
-        const bool is_above = (on_b.t0_hi < a.lo[axis][0][row]) & (on_b.t1_hi < a.lo[axis][Bounds::kEnds - 1][row]);
-        is_apart[row] |= static_cast<std::uint32_t>(is_below | is_above);
-      }
-    }
-    std::uint32_t rows = 0;
-    for (std::uint32_t row = 0; row < kPatchSize; ++row) rows |= (1U - is_apart[row]) << row;
-    return rows;
   }
 
   /// Returns the bounds along an axis; at rest, the same for both ends.
