@@ -23,6 +23,10 @@ std::uint32_t rows_in_lanes(const PatchBounds<kSwept>& a, const StraightBounds& 
   return generic::rows_that_meet<kSwept>(a, b);
 }
 
+std::uint64_t past_in_lanes(const PatchBounds<true>& a, std::uint64_t meeting, const PatchBounds<true>& b) {
+  return generic::triangles_that_move_past(a, meeting, b);
+}
+
 #else
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -124,6 +128,60 @@ std::uint32_t rows_in_lanes(const PatchBounds<kSwept>& a, const StraightBounds& 
   return bits;
 }
 
+using Floats = hn::Vec<Columns>;
+
+HWY_INLINE Floats larger(Floats a, Floats b) {
+#if HWY_ARCH_X86
+  return hn::Max(a, b);
+#else
+  return hn::IfThenElse(hn::Gt(a, b), a, b);
+#endif
+}
+
+/// How far a register's columns, from `first` on, move along an axis, twice, and how wide they are at the end.
+struct MotionOnAxis {
+  Floats motion, width;
+};
+
+HWY_INLINE MotionOnAxis motion_on(const PatchBounds<true>& patch, std::size_t first, int axis) {
+  const Columns columns;
+  const Floats t1_lo = hn::LoadU(columns, patch.lo[axis][1] + first);
+  const Floats t1_hi = hn::LoadU(columns, patch.hi[axis][1] + first);
+  const Floats t0_lo = hn::LoadU(columns, patch.lo[axis][0] + first);
+  const Floats t0_hi = hn::LoadU(columns, patch.hi[axis][0] + first);
+  return {hn::Sub(hn::Add(t1_lo, t1_hi), hn::Add(t0_lo, t0_hi)), hn::Sub(t1_hi, t1_lo)};
+}
+
+/// Does the same as move_past() for a row and some columns, whose motion is known.
+HWY_INLINE hn::Mask<Columns> move_past_row(const PatchBounds<true>& a, std::uint32_t row, const MotionOnAxis (&b)[3]) {
+  const Columns columns;
+  Floats motion = hn::Zero(columns);
+  Floats width = hn::Zero(columns);
+  for (int axis = 0; axis < 3; ++axis) {
+    const float t1_lo = a.lo[axis][1][row];
+    const float t1_hi = a.hi[axis][1][row];
+    const float motion_a = (t1_lo + t1_hi) - (a.lo[axis][0][row] + a.hi[axis][0][row]);
+    const Floats relative = hn::Sub(hn::Set(columns, motion_a), b[axis].motion);
+    motion = larger(motion, hn::Mul(hn::Set(columns, 0.5F), hn::Abs(relative)));
+    width = larger(width, hn::Add(hn::Set(columns, t1_hi - t1_lo), b[axis].width));
+  }
+  return hn::Gt(motion, width);
+}
+
+std::uint64_t past_in_lanes(const PatchBounds<true>& a, std::uint64_t meeting, const PatchBounds<true>& b) {
+  const std::size_t at_once = hn::Lanes(Columns());
+  std::uint64_t bits = 0;
+  for (std::size_t first = 0; first < kPatchSize; first += at_once) {
+    const MotionOnAxis motions[3] = {motion_on(b, first, 0), motion_on(b, first, 1), motion_on(b, first, 2)};
+    for (std::uint32_t row = 0; row < kPatchSize; ++row) {
+      const std::size_t part = kPatchSize * row + first;
+      if ((meeting >> part & ((1U << at_once) - 1U)) == 0U) continue;
+      bits |= static_cast<std::uint64_t>(mask_bits(move_past_row(a, row, motions))) << part;
+    }
+  }
+  return bits & meeting;
+}
+
 #endif
 
 std::uint64_t meet_swept(const PatchBounds<true>& a, std::uint32_t rows, const PatchBounds<true>& b,
@@ -140,6 +198,9 @@ std::uint32_t rows_swept(const PatchBounds<true>& a, const StraightBounds& b) {
 std::uint32_t rows_at_rest(const PatchBounds<false>& a, const StraightBounds& b) {
   return rows_in_lanes<false>(a, b);
 }
+std::uint64_t past(const PatchBounds<true>& a, std::uint64_t meeting, const PatchBounds<true>& b) {
+  return past_in_lanes(a, meeting, b);
+}
 
 }  // namespace softcd::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -151,6 +212,7 @@ HWY_EXPORT(meet_swept);
 HWY_EXPORT(meet_at_rest);
 HWY_EXPORT(rows_swept);
 HWY_EXPORT(rows_at_rest);
+HWY_EXPORT(past);
 
 std::uint64_t triangles_that_meet(const PatchBounds<true>& a, std::uint32_t rows, const PatchBounds<true>& b,
                                   bool leaves_neighbours) {
@@ -165,6 +227,9 @@ std::uint32_t rows_that_meet(const PatchBounds<true>& a, const StraightBounds& b
 }
 std::uint32_t rows_that_meet(const PatchBounds<false>& a, const StraightBounds& b) {
   return HWY_DYNAMIC_DISPATCH(rows_at_rest)(a, b);
+}
+std::uint64_t triangles_that_move_past(const PatchBounds<true>& a, std::uint64_t meeting, const PatchBounds<true>& b) {
+  return HWY_DYNAMIC_DISPATCH(past)(a, meeting, b);
 }
 
 }  // namespace softcd::cpu

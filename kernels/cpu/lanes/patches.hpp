@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include "../work_units.hpp"
@@ -56,6 +57,26 @@ std::uint64_t triangles_that_meet(const PatchBounds<kSwept>& a, std::uint32_t ro
   }
   return bits;
 }
+
+/// Returns the ends of a patch's triangle along x, y and z.
+inline EndVolumes straight_ends_of(const PatchBounds<true>& patch, std::uint32_t i) {
+  EndVolumes ends{};
+  for (int axis = 0; axis < 3; ++axis) {
+    ends.axes[axis] = {patch.lo[axis][0][i], patch.hi[axis][0][i], patch.lo[axis][1][i], patch.hi[axis][1][i]};
+  }
+  return ends;
+}
+
+inline std::uint64_t triangles_that_move_past(const PatchBounds<true>& a, std::uint64_t meeting,
+                                              const PatchBounds<true>& b) {
+  std::uint64_t bits = 0;
+  for (std::uint64_t left = meeting; left != 0; left &= left - 1) {
+    const auto part = static_cast<std::uint32_t>(std::countr_zero(left));
+    const bool is_past = move_past(straight_ends_of(a, part / kPatchSize), straight_ends_of(b, part % kPatchSize));
+    bits |= std::uint64_t{is_past ? 1U : 0U} << part;
+  }
+  return bits;
+}
 }  // namespace generic
 
 /// Return which triangles of a patch meet an element's box: bits of `rows`. A bit is clear only if they are apart along
@@ -74,6 +95,10 @@ std::uint64_t triangles_that_meet(const PatchBounds<true>& a, std::uint32_t rows
 std::uint64_t triangles_that_meet(const PatchBounds<false>& a, std::uint32_t rows, const PatchBounds<false>& b,
                                   bool leaves_neighbours);
 
+/// Returns those of the pairs in `meeting`, bits as triangles_that_meet() has them, of which one moves past the other:
+/// see move_past(). Tests several columns at once, in whatever registers the processor has.
+std::uint64_t triangles_that_move_past(const PatchBounds<true>& a, std::uint64_t meeting, const PatchBounds<true>& b);
+
 template <bool kSwept>
 struct UnitLanes<ExpandPatchPair<kSwept>> {
   using F = ExpandPatchPair<kSwept>;
@@ -86,15 +111,29 @@ struct UnitLanes<ExpandPatchPair<kSwept>> {
     if (!work.has_two_patches) {
       PatchBounds<kSwept> a;  // NOLINT(cppcoreguidelines-pro-type-member-init): one row is read
       f.load_first(work.a, a);
-      return triangles_that_meet(a, 1U, b, work.leaves_neighbours);
+      return on_their_way(f, work, a, triangles_that_meet(a, 1U, b, work.leaves_neighbours), b);
     }
     const PatchBounds<kSwept>& a = f.bounds_of(work.a);
     const StraightBounds box = {{f.bounds_on(0, work.b), f.bounds_on(1, work.b), f.bounds_on(2, work.b)}};
     const std::uint64_t meet = triangles_that_meet(a, rows_that_meet(a, box), b, work.leaves_neighbours);
-    return work.a == work.b ? meet & kAboveDiagonal : meet;
+    return on_their_way(f, work, a, work.a == work.b ? meet & kAboveDiagonal : meet, b);
   }
 
  private:
+  /// Returns the pairs of `meeting` but for those of which one moves past the other without meeting it.
+  static std::uint64_t on_their_way(const F& f, const PatchWork& work, const PatchBounds<kSwept>& a,
+                                    std::uint64_t meeting, const PatchBounds<kSwept>& b) {
+    if constexpr (kSwept) {
+      if (meeting == 0 || f.may_share_vertex(work)) return meeting;
+      for (std::uint64_t left = triangles_that_move_past(a, meeting, b); left != 0; left &= left - 1) {
+        MeetingTriangles pair;  // NOLINT(cppcoreguidelines-pro-type-member-init): list() sets it
+        f.list(work, static_cast<std::uint32_t>(std::countr_zero(left)), pair);
+        if (!f.pair_test.meet_in_a_slab(pair.a, pair.b)) meeting &= ~(left & -left);
+      }
+    }
+    return meeting;
+  }
+
   /// The columns behind the row in each row, so that a patch and itself have each pair once.
   static constexpr std::uint64_t kAboveDiagonal = [] {
     std::uint64_t bits = 0;

@@ -68,10 +68,28 @@ void expect_as_one_by_one() {
   EXPECT_LT(meeting_box, 30000);
 }
 
+void expect_that_the_same_move_past() {
+  Random random(3);
+  int past = 0;
+  int pairs = 0;
+  for (int round = 0; round < 4000; ++round) {
+    const PatchBounds<true> a = random_bounds<true>(random);
+    const PatchBounds<true> b = random_bounds<true>(random);
+    const std::uint64_t meeting = cpu::triangles_that_meet(a, 255U, b, false);
+    const std::uint64_t bits = cpu::triangles_that_move_past(a, meeting, b);
+    ASSERT_EQ(bits, cpu::generic::triangles_that_move_past(a, meeting, b));
+    past += std::popcount(bits);
+    pairs += std::popcount(meeting);
+  }
+  EXPECT_GT(past, 100);
+  EXPECT_LT(past, pairs - 100);
+}
+
 TEST(PatchesInLanes, answer_as_one_by_one) {
   for_each_target([] {
     expect_as_one_by_one<true>();
     expect_as_one_by_one<false>();
+    expect_that_the_same_move_past();
   });
 }
 

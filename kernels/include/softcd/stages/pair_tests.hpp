@@ -128,10 +128,11 @@ struct PairTest {
     return meet_on_their_way(a, b);
   }
 
-  /// Decides the same for such triangles that share no vertex.
-  SOFTCD_HD bool meet_on_their_way(std::uint32_t a, std::uint32_t b) const {
-    if constexpr (kSwept) return !move_past(end_volumes[a], end_volumes[b]) || meet_in_a_slab(a, b);
-    return true;
+  /// Whether triangles of which one moves past the other meet in a time slab.
+  SOFTCD_HD_SELDOM bool meet_in_a_slab(std::uint32_t a, std::uint32_t b) const {
+    const float distance = outward_up(shapes[a].growth + shapes[b].growth);
+    const float furthest = larger(furthest_coordinate(volumes[a]), furthest_coordinate(volumes[b]));
+    return overlap_in_a_slab(load_triangle(scene, a), load_triangle(scene, b), distance, furthest);
   }
 
  private:
@@ -143,18 +144,17 @@ struct PairTest {
     }
   }
 
+  SOFTCD_HD bool meet_on_their_way(std::uint32_t a, std::uint32_t b) const {
+    if constexpr (kSwept) return !move_past(end_volumes[a], end_volumes[b]) || meet_in_a_slab(a, b);
+    return true;
+  }
+
   SOFTCD_HD bool neighbours_may_touch(std::uint32_t a, std::uint32_t b) const {
     const SceneBody& body = scene.bodies[scene.triangle_body[a]];
     if (body.lists_neighbours) return false;
     float distance = scene.contact_distance(outward_up(body.margin + body.margin));
     if (body.is_rounded) distance = outward_up(distance + outward_up(shapes[a].rounding + shapes[b].rounding));
     return SharedVertexTest<kSwept>{scene}.may_touch(scene.triangles[a], scene.triangles[b], distance);
-  }
-
-  SOFTCD_HD_SELDOM bool meet_in_a_slab(std::uint32_t a, std::uint32_t b) const {
-    const float distance = outward_up(shapes[a].growth + shapes[b].growth);
-    const float furthest = larger(furthest_coordinate(volumes[a]), furthest_coordinate(volumes[b]));
-    return overlap_in_a_slab(load_triangle(scene, a), load_triangle(scene, b), distance, furthest);
   }
 };
 

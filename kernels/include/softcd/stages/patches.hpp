@@ -326,7 +326,7 @@ struct PatchWork {
   SOFTCD_HD std::uint32_t part_count() const { return has_two_patches ? kPatchSize * kPatchSize : kPatchSize; }
 };
 
-/// Two triangles whose volumes meet.
+/// Two triangles whose volumes meet. Those that share no vertex also meet on their way.
 struct MeetingTriangles {
   std::uint32_t a, b;
   bool may_share_vertex;
@@ -364,8 +364,10 @@ struct ExpandPatchPair {
     if (may_touch(candidate)) pairs.push(pair_key(candidate.a, candidate.b));
   }
   SOFTCD_HD bool may_touch(const Candidate& candidate) const {
-    if (candidate.may_share_vertex) return pair_test.meeting_triangles_may_touch(candidate.a, candidate.b);
-    return pair_test.meet_on_their_way(candidate.a, candidate.b);
+    return !candidate.may_share_vertex || pair_test.meeting_triangles_may_touch(candidate.a, candidate.b);
+  }
+  SOFTCD_HD bool may_share_vertex(const Item& work) const {
+    return pair_test.scene.self_collision && !work.leaves_neighbours;
   }
 
   SOFTCD_HD const Bounds& bounds_of(std::uint32_t patch_element) const {
