@@ -60,10 +60,9 @@ class TwoPatches {
       std::map<std::uint64_t, int> counts;
       void push(std::uint64_t key) { ++counts[key]; }
     } pairs;
-    if (work.rows == 0U) return {};
     std::uint64_t parts = cpu::UnitLanes<ExpandPatchPair<false>>::may_pass(stage, work, 0, work.part_count());
     for (; parts != 0U; parts &= parts - 1U) {
-      PairCandidate candidate{};
+      MeetingTriangles candidate{};
       stage.list(work, static_cast<std::uint32_t>(std::countr_zero(parts)), candidate);
       stage.test_meeting(candidate, pairs);
     }

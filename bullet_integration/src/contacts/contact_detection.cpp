@@ -5,6 +5,7 @@
 
 #include "LinearMath/btQuickprof.h"
 #include "bodies/query_options.hpp"
+#include "softcd/core/parallel.hpp"
 
 // The libraries of both precisions define this function. So the linker refuses a program that contains parts of both,
 // and names the reason.
@@ -166,9 +167,19 @@ bool ContactDetection::may_be_released(const MemberContact& found) const {
 void ContactDetection::find_tangles(Span<const Contact> contacts) {
   tangled_.clear();
   if (!looks_for_tangles()) return;
+  is_tangled_.resize(contacts.size());
+  constexpr std::size_t kContactsAtOnce = 1024;
+  parallel::for_ranges(contacts.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
+    std::size_t i = begin;
+    mirror_.for_each_contact({contacts.begin() + begin, end - begin}, [&](const MemberContact& found) {
+      const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
+      is_tangled_[i++] =
+          has_faces && has_begun_before(found.contact) && may_be_released(found) && is_tangled(found, kind_.ends);
+    });
+  });
+  std::size_t i = 0;
   mirror_.for_each_contact(contacts, [&](const MemberContact& found) {
-    const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
-    if (has_faces && has_begun_before(found.contact) && may_be_released(found)) tangled_.add(found, kind_.ends);
+    if (is_tangled_[i++] != 0) tangled_.add(found);
   });
 }
 

@@ -67,6 +67,7 @@ class ContactDetection {
   std::unordered_set<const btSoftBody*>
       spoilt_;  ///< some of their nodes are not finite, and the solver would spread this
   TangledNodes tangled_;
+  std::vector<std::uint8_t> is_tangled_;  ///< of the step's contacts, if it looks for tangles
   std::unique_ptr<SolverContacts> solver_contacts_;
   bool has_chosen_ = false;  ///< whether the settings of the last step leave out any contact
   ContactCounts found_;      ///< of the last detection

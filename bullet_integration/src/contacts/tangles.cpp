@@ -94,18 +94,28 @@ bool put_lone_corner_first(Corners& corners, std::array<int, 3>& sides) {
   return true;
 }
 
-/// Returns whether the insides of the triangles, without borders, have points in common. Triangles in one plane do not
-/// count. Method: Guigue and Devillers, Fast and Robust Triangle-Triangle Overlap Test Using Orientation Predicates
+/// How two triangles that are not in one plane meet.
+enum class Meeting {
+  apart,             ///< they have no points in common
+  touch_or_apart,    ///< their insides have no points in common
+  intersect_inside,  ///< their insides, without borders, have points in common
+};
+
+/// Exact. Method: Guigue and Devillers, Fast and Robust Triangle-Triangle Overlap Test Using Orientation Predicates
 /// (2003). The lone corners are first, and on the other triangle's positive side. On the line that the planes share,
 /// each triangle then begins before the other ends.
-bool do_triangles_intersect(Corners a, Corners b) {
+Meeting meeting_of(Corners a, Corners b) {
   std::array<int, 3> sides_of_a = sides_of(a, b);
-  if (!put_lone_corner_first(a, sides_of_a)) return false;
+  if (!put_lone_corner_first(a, sides_of_a)) return Meeting::touch_or_apart;
   std::array<int, 3> sides_of_b = sides_of(b, a);
-  if (!put_lone_corner_first(b, sides_of_b)) return false;
+  if (!put_lone_corner_first(b, sides_of_b)) return Meeting::touch_or_apart;
   if (sides_of_a[0] < 0) std::swap(b[1], b[2]);
   if (sides_of_b[0] < 0) std::swap(a[1], a[2]);
-  return side_of_plane(a[0], a[1], b[0], b[1]) < 0 && side_of_plane(a[0], a[2], b[2], b[0]) < 0;
+  const int ends[2] = {side_of_plane(a[0], a[1], b[0], b[1]), side_of_plane(a[0], a[2], b[2], b[0])};
+  if (ends[0] < 0 && ends[1] < 0) return Meeting::intersect_inside;
+  const auto is_beside = [](const std::array<int, 3>& sides) { return sides[0] * sides[1] * sides[2] != 0; };
+  const bool may_touch = !is_beside(sides_of_a) || !is_beside(sides_of_b) || std::max(ends[0], ends[1]) <= 0;
+  return may_touch ? Meeting::touch_or_apart : Meeting::apart;
 }
 
 /// Links are represented as triangles that repeat their second corner.
@@ -122,10 +132,11 @@ bool goes_through(const Corners& link, const Corners& face) {
          side_of_plane(link[0], link[1], face[2], face[0]) == side;
 }
 
-/// Returns false for two links, for which this cannot be decided.
-bool intersect(const Corners& a, const Corners& b) {
-  if (is_link(a)) return !is_link(b) && goes_through(a, b);
-  return is_link(b) ? goes_through(b, a) : do_triangles_intersect(a, b);
+/// Returns Meeting::touch_or_apart for two links, for which this cannot be decided.
+Meeting meeting_of_faces(const Corners& a, const Corners& b) {
+  if (!is_link(a) && !is_link(b)) return meeting_of(a, b);
+  const bool intersect = is_link(a) ? !is_link(b) && goes_through(a, b) : goes_through(b, a);
+  return intersect ? Meeting::intersect_inside : Meeting::touch_or_apart;
 }
 
 /// Returns whether `holds` for one of the body's faces that have both nodes.
@@ -134,18 +145,6 @@ bool any_face_with(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other
   for (std::uint32_t i = mesh.first_face_of_node[node]; i < mesh.first_face_of_node[node + 1]; ++i) {
     const std::uint32_t face = mesh.faces_of_nodes[i];
     if (has_vertex(mesh.corners(face), other) && holds(face)) return true;
-  }
-  return false;
-}
-
-/// Calls visit(node, other side's body) for the contact's nodes until it returns true.
-template <class Visit>
-bool any_node(const MemberContact& found, Visit visit) {
-  const int count_a = found.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
-  for (int i = 0; i < 4; ++i) {
-    const btSoftBody* const own = i < count_a ? found.a.body : found.b.body;
-    const btSoftBody* const other = i < count_a ? found.b.body : found.a.body;
-    if (visit(&own->m_nodes[static_cast<int>(found.contact.vertices[i])], other)) return true;
   }
   return false;
 }
@@ -366,8 +365,9 @@ bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint3
   const Corners a = corners_of(sides.a, face_a, sides.start_a);
   const Corners b = corners_of(sides.b, face_b, sides.start_b);
   if (are_apart(a, b)) return false;
-  return intersect(a, b) ||
-         any_touch(sides, face_a, face_b, [&](const Touch& touch) { return are_through_at(touch, sides); });
+  const Meeting meeting = meeting_of_faces(a, b);
+  if (meeting != Meeting::touch_or_apart) return meeting == Meeting::intersect_inside;
+  return any_touch(sides, face_a, face_b, [&](const Touch& touch) { return are_through_at(touch, sides); });
 }
 
 /// Gap along a contact's normal beyond which rounding certainly does not decide, relative to the distances.
@@ -428,7 +428,9 @@ bool is_touching(const MemberContact& found, const NodeEnds& ends) {
 
 bool may_be_tangled_at_the_end(const MemberContact& found, const NodeEnds& ends) {
   return are_links(found) || any_two_faces(found, [&](std::uint32_t face_a, std::uint32_t face_b) {
-           return intersect(corners_of(found.a, face_a, ends.end), corners_of(found.b, face_b, ends.end));
+           const Meeting meeting =
+               meeting_of_faces(corners_of(found.a, face_a, ends.end), corners_of(found.b, face_b, ends.end));
+           return meeting == Meeting::intersect_inside;
          });
 }
 
@@ -446,18 +448,13 @@ bool change_sides(const MemberContact& found, const NodeEnds& ends) {
   return start != 0 && side_at(ends.end, ends.end) != start;
 }
 
-void TangledNodes::add(const MemberContact& found, const NodeEnds& ends) {
-  if (has_all_of(found) || !is_tangled(found, ends)) return;
-  any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
-    nodes_.emplace(node, other);
-    return false;
-  });
-}
-
-bool TangledNodes::has_all_of(const MemberContact& found) const {
-  return !nodes_.empty() && !any_node(found, [this](const btSoftBody::Node* node, const btSoftBody* other) {
-    return nodes_.count({node, other}) == 0;
-  });
+void TangledNodes::add(const MemberContact& found) {
+  const int count_a = found.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
+  for (int i = 0; i < 4; ++i) {
+    const btSoftBody* const own = i < count_a ? found.a.body : found.b.body;
+    const btSoftBody* const other = i < count_a ? found.b.body : found.a.body;
+    nodes_.emplace(&own->m_nodes[static_cast<int>(found.contact.vertices[i])], other);
+  }
 }
 
 }  // namespace softcd::bullet

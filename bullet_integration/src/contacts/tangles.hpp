@@ -35,8 +35,8 @@ bool change_sides(const MemberContact& found, const NodeEnds& ends);
 class TangledNodes {
  public:
   void clear() { nodes_.clear(); }
-  /// Adds the nodes of the contact if its features are tangled.
-  void add(const MemberContact& found, const NodeEnds& ends);
+  /// Adds the nodes of a contact whose features are tangled.
+  void add(const MemberContact& found);
   /// Adds a node that is tangled with the object.
   void add(const btSoftBody::Node& node, const btCollisionObject& other) { nodes_.emplace(&node, &other); }
   bool empty() const { return nodes_.empty(); }
@@ -62,8 +62,6 @@ class TangledNodes {
   }
 
  private:
-  bool has_all_of(const MemberContact& found) const;
-
   std::set<std::pair<const btSoftBody::Node*, const btCollisionObject*>> nodes_;
 };
 

@@ -68,7 +68,7 @@ class SerialPatches {
       const PatchWork work = expand.load_item(i);
       std::uint64_t meeting = cpu::UnitLanes<ExpandPatchPair<kSwept>>::may_pass(expand, work, 0, work.part_count());
       for (; meeting != 0; meeting &= meeting - 1) {
-        PairCandidate candidate{};
+        MeetingTriangles candidate{};
         expand.list(work, static_cast<std::uint32_t>(std::countr_zero(meeting)), candidate);
         expand.test_meeting(candidate, pairs_);
       }
@@ -215,7 +215,7 @@ TYPED_TEST(PatchStages, keep_all_pairs_and_find_those_of_the_detection) {
     const PatchWork work = keep.load_item(i);
     std::uint64_t meeting = Lanes::may_pass(keep, work, 0, work.part_count());
     for (; meeting != 0; meeting &= meeting - 1) {
-      PairCandidate candidate{};
+      MeetingTriangles candidate{};
       keep.list(work, static_cast<std::uint32_t>(std::countr_zero(meeting)), candidate);
       keep.test_meeting(candidate, kept, found);
     }

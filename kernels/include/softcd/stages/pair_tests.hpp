@@ -128,6 +128,13 @@ struct PairTest {
     return meet_on_their_way(a, b);
   }
 
+  /// Whether triangles of which one moves past the other meet in a time slab.
+  SOFTCD_HD_SELDOM bool meet_in_a_slab(std::uint32_t a, std::uint32_t b) const {
+    const float distance = outward_up(shapes[a].growth + shapes[b].growth);
+    const float furthest = larger(furthest_coordinate(volumes[a]), furthest_coordinate(volumes[b]));
+    return overlap_in_a_slab(load_triangle(scene, a), load_triangle(scene, b), distance, furthest);
+  }
+
  private:
   SOFTCD_HD bool volumes_meet(std::uint32_t a, std::uint32_t b) const {
     if constexpr (kSwept) {
@@ -148,12 +155,6 @@ struct PairTest {
     float distance = scene.contact_distance(outward_up(body.margin + body.margin));
     if (body.is_rounded) distance = outward_up(distance + outward_up(shapes[a].rounding + shapes[b].rounding));
     return SharedVertexTest<kSwept>{scene}.may_touch(scene.triangles[a], scene.triangles[b], distance);
-  }
-
-  SOFTCD_HD_SELDOM bool meet_in_a_slab(std::uint32_t a, std::uint32_t b) const {
-    const float distance = outward_up(shapes[a].growth + shapes[b].growth);
-    const float furthest = larger(furthest_coordinate(volumes[a]), furthest_coordinate(volumes[b]));
-    return overlap_in_a_slab(load_triangle(scene, a), load_triangle(scene, b), distance, furthest);
   }
 };
 

@@ -17,7 +17,7 @@ namespace softcd {
 constexpr float kLargestPatch = 4.0F;
 
 /// The lower bounds of a patch's triangles, then the upper ones. Each axis of a Kdop18 has the values of all triangles
-/// side by side; swept, those at t0, then those at t1. Bounds without a triangle are empty.
+/// side by side; swept, those at t0, then those at t1. Bounds without a triangle are empty, and own nothing.
 template <bool kSwept>
 struct alignas(16) PatchBounds {
   static constexpr int kEnds = kSwept ? 2 : 1;
@@ -25,6 +25,20 @@ struct alignas(16) PatchBounds {
   float lo[kKdopAxes][kEnds][kPatchSize];
   float hi[kKdopAxes][kEnds][kPatchSize];
   std::uint32_t v[3][kPatchSize];  ///< the triangles' vertices
+  std::uint32_t vertex_owners;     ///< bits: triangles that own vertices that are wanted
+  std::uint32_t edge_owners;       ///< the same of edges
+
+  /// Sets whether the triangle owns any of its `features`, bits of wanted_features().
+  SOFTCD_HD void set_owned(std::uint32_t i, std::uint32_t features) {
+    vertex_owners = (vertex_owners & ~(1U << i)) | std::uint32_t{(features & 7U) != 0U} << i;
+    edge_owners = (edge_owners & ~(1U << i)) | std::uint32_t{(features & 56U) != 0U} << i;
+  }
+  /// Returns bits: the triangles of which, or the one in the row of `other`, owns a feature that could touch the other.
+  SOFTCD_HD std::uint32_t owners_with(const PatchBounds& other, std::uint32_t row) const {
+    constexpr std::uint32_t kAll = (1U << kPatchSize) - 1U;
+    if ((other.vertex_owners >> row & 1U) != 0U) return kAll;
+    return vertex_owners | ((other.edge_owners >> row & 1U) != 0U ? edge_owners : 0U);
+  }
 
   SOFTCD_HD void set(std::uint32_t i, const Triangle& triangle) {
     for (int corner = 0; corner < 3; ++corner) v[corner][i] = triangle.v[corner];
@@ -175,10 +189,12 @@ struct BoundPatch {
     } else {
       nothing = &empty;
     }
+    patch.vertex_owners = patch.edge_owners = 0U;
     for (std::uint32_t first = 0; first < kPatchSize; first += 4) {
       const Volume* four[4];
       for (std::uint32_t k = 0; k < 4; ++k) {
         const std::uint32_t t = scene.element_triangle(element, first + k);
+        patch.set_owned(first + k, t == kNoIndex ? 0U : wanted_features(shapes[t].flags));
         patch.set(first + k, t == kNoIndex ? Triangle{{kNoIndex, kNoIndex, kNoIndex}} : scene.triangles[t]);
         four[k] = t == kNoIndex ? nothing : volume_of(t);
       }
@@ -304,18 +320,24 @@ struct RegisterPatch {
 /// Two patches, or a triangle and a patch, or a patch and itself, that may touch.
 struct PatchWork {
   std::uint32_t a, b;
-  std::uint32_t rows;      ///< bits: triangles of `a` that may touch some of `b`
+  bool has_two_patches;    ///< `a` is a patch, too
   bool leaves_neighbours;  ///< omits pairs that share a vertex: their features are listed
 
-  SOFTCD_HD std::uint32_t part_count() const { return kPatchSize * count_bits(rows); }
+  SOFTCD_HD std::uint32_t part_count() const { return has_two_patches ? kPatchSize * kPatchSize : kPatchSize; }
+};
+
+/// Two triangles whose volumes meet. Those that share no vertex also meet on their way.
+struct MeetingTriangles {
+  std::uint32_t a, b;
+  bool may_share_vertex;
 };
 
 /// Finds the pairs of triangles of a pair with a patch. Lanes decide which parts meet (cpu/lanes/patches.hpp). Part k
-/// is the pair of the triangle of `a` in the (k / kPatchSize)-th of `rows` and of triangle k % kPatchSize of `b`.
+/// is the pair of triangle k / kPatchSize of `a` and triangle k % kPatchSize of `b`.
 template <bool kSwept>
 struct ExpandPatchPair {
   using Item = PatchWork;
-  using Candidate = PairCandidate;
+  using Candidate = MeetingTriangles;
   using Bounds = PatchBounds<kSwept>;
 
   PairTest<kSwept> pair_test;
@@ -326,23 +348,26 @@ struct ExpandPatchPair {
     const SceneView& scene = pair_test.scene;
     const auto a = static_cast<std::uint32_t>(patch_pairs[i] >> 32);
     const auto b = static_cast<std::uint32_t>(patch_pairs[i]);
-    const std::uint32_t rows = scene.is_patch(a) ? rows_that_meet(bounds_of(a), b) : 1U;
-    return {a, b, rows, scene.self_collision && scene.bodies[scene.element_body(a)].lists_neighbours};
+    return {a, b, scene.is_patch(a), scene.self_collision && scene.bodies[scene.element_body(a)].lists_neighbours};
   }
 
   /// Sets `candidate` to the pair of a part.
   SOFTCD_HD void list(const Item& work, std::uint32_t part, Candidate& candidate) const {
     const SceneView& scene = pair_test.scene;
-    candidate = {pair_test.entry_of(scene.element_triangle(work.a, nth_bit(work.rows, part / kPatchSize))),
-                 pair_test.entry_of(scene.element_triangle(work.b, part % kPatchSize))};
+    candidate = {scene.element_triangle(work.a, part / kPatchSize), scene.element_triangle(work.b, part % kPatchSize),
+                 scene.self_collision && !work.leaves_neighbours};
   }
 
   /// Appends a pair whose volumes meet, and that is not left out, if its features may touch.
   template <class Pairs>
   SOFTCD_HD void test_meeting(const Candidate& candidate, Pairs& pairs) const {
-    const bool may_touch = pair_test.own_features(candidate.a, candidate.b) &&
-                           pair_test.meeting_triangles_may_touch(candidate.a.root, candidate.b.root);
-    if (may_touch) pairs.push(pair_key(candidate.a.root, candidate.b.root));
+    if (may_touch(candidate)) pairs.push(pair_key(candidate.a, candidate.b));
+  }
+  SOFTCD_HD bool may_touch(const Candidate& candidate) const {
+    return !candidate.may_share_vertex || pair_test.meeting_triangles_may_touch(candidate.a, candidate.b);
+  }
+  SOFTCD_HD bool may_share_vertex(const Item& work) const {
+    return pair_test.scene.self_collision && !work.leaves_neighbours;
   }
 
   SOFTCD_HD const Bounds& bounds_of(std::uint32_t patch_element) const {
@@ -351,28 +376,13 @@ struct ExpandPatchPair {
   /// Stores the bounds of a triangle as the first of a patch.
   SOFTCD_HD void load_first(std::uint32_t triangle, Bounds& one) const {
     one.set(0, pair_test.scene.triangles[triangle]);
+    one.vertex_owners = one.edge_owners = 0U;
+    one.set_owned(0, wanted_features(pair_test.shapes[triangle].flags));
     if constexpr (kSwept) {
       one.set(0, pair_test.end_volumes[triangle]);
     } else {
       one.set(0, pair_test.volumes[triangle]);
     }
-  }
-
- private:
-  /// Returns bits: the triangles of a patch whose boxes meet that of element `b`.
-  SOFTCD_HD std::uint32_t rows_that_meet(const Bounds& a, std::uint32_t b) const {
-    std::uint32_t is_apart[kPatchSize] = {};
-    for (int axis = 0; axis < 3; ++axis) {
-      const EndVolumes::Axis on_b = bounds_on(axis, b);
-      for (std::uint32_t row = 0; row < kPatchSize; ++row) {
-        const bool is_below = (a.hi[axis][0][row] < on_b.t0_lo) & (a.hi[axis][Bounds::kEnds - 1][row] < on_b.t1_lo);
-        const bool is_above = (on_b.t0_hi < a.lo[axis][0][row]) & (on_b.t1_hi < a.lo[axis][Bounds::kEnds - 1][row]);
-        is_apart[row] |= static_cast<std::uint32_t>(is_below | is_above);
-      }
-    }
-    std::uint32_t rows = 0;
-    for (std::uint32_t row = 0; row < kPatchSize; ++row) rows |= (1U - is_apart[row]) << row;
-    return rows;
   }
 
   /// Returns the bounds along an axis; at rest, the same for both ends.
@@ -392,11 +402,10 @@ struct KeepPatchPair : ExpandPatchPair<false> {
 
   template <class Kept, class Pairs>
   SOFTCD_HD void test_meeting(const Candidate& candidate, Kept& kept, Pairs& pairs) const {
-    const std::uint32_t a = candidate.a.root;
-    const std::uint32_t b = candidate.b.root;
-    if (!pair_test.own_features(candidate.a, candidate.b) || !pair_test.meeting_triangles_may_touch(a, b)) return;
-    kept.push(pair_key(a, b));
-    if (test.may_meet(a, b)) pairs.push(pair_key(a, b));
+    if (!this->may_touch(candidate)) return;
+    const std::uint64_t pair = pair_key(candidate.a, candidate.b);
+    kept.push(pair);
+    if (test.may_meet(candidate.a, candidate.b)) pairs.push(pair);
   }
 };
 
