@@ -6,6 +6,7 @@
 #include <set>
 #include <vector>
 
+#include "any_simulation.hpp"
 #include "exact_contacts.hpp"
 #include "reference_distance.hpp"
 #include "still_sheets.hpp"
@@ -93,6 +94,45 @@ TEST_P(EdgeEconomy, gives_edges_that_are_nearest_along_the_faces_at_them) {
   }
   EXPECT_GT(given_count, 20U);
   EXPECT_GT(dropped_count, given_count);
+}
+
+/// Two bumpy sheets in the deformable world, after a step that is too short to move them.
+struct DeformableBumps {
+  explicit DeformableBumps(bullet::EdgeContacts edges) : simulation(World::deformable, settings_with(edges)) {
+    simulation.set_gravity(btVector3(0, 0, 0));
+    Random random(1);
+    for (const btScalar height : {btScalar(0), btScalar(0.06)}) {
+      auto sheet = demo::make_cloth(simulation.world_info(), bumpy(height, btScalar(0.025), random), 1);
+      sheet->getCollisionShape()->setMargin(kThickness);
+      const btSoftBody& body = simulation.add(std::move(sheet));
+      bodies.push_back(&body);
+    }
+    simulation.step(btScalar(1e-5));
+  }
+  static bullet::Settings settings_with(bullet::EdgeContacts edges) {
+    bullet::Settings settings;
+    settings.backend = backend_under_test();
+    settings.edge_contacts = edges;
+    return settings;
+  }
+  std::size_t given_count() const {
+    std::size_t count = 0;
+    for (const btSoftBody* body : bodies) count += static_cast<std::size_t>(body->m_faceNodeContacts.size());
+    return count;
+  }
+
+  AnySimulation simulation;
+  std::vector<const btSoftBody*> bodies;
+};
+
+// Bullet's solver pushes once for each contact there, with a spring of bounded force. With fewer contacts of edges,
+// balls sink through a cloth.
+TEST(EdgesInTheDeformableWorld, all_have_contacts_by_default) {
+  DeformableBumps bumps(bullet::EdgeContacts::automatic);
+  const std::size_t edge_count = bumps.simulation.detection().edge_contacts().size();
+  EXPECT_GT(edge_count, 100U);
+  const DeformableBumps without(bullet::EdgeContacts::off);
+  EXPECT_EQ(bumps.given_count() - without.given_count(), 2 * edge_count);
 }
 
 }  // namespace
