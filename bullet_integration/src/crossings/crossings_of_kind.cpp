@@ -66,6 +66,15 @@ void move_end(btSoftBody& body, btScalar time_step) {
   }
 }
 
+/// Keeps sleeping bodies where they are. Bullet goes on to move them out of the rigid contacts of their last step, and
+/// no query compares two sleeping bodies.
+void set_out(btSoftBody& body, btScalar time_step) {
+  move_end(body, time_step);
+  if (body.isActive()) return;
+  for (int i = 0; i < body.m_nodes.size(); ++i) body.m_nodes[i].m_splitv = -body.m_nodes[i].m_v;
+  move_end(body, time_step);
+}
+
 void push(Node& node, const btVector3& velocity, const btVector3& shift, btScalar time_step) {
   node.m_v += velocity;
   node.m_splitv += shift / time_step;
@@ -115,7 +124,7 @@ const CrossingsOfKind kClassicCrossings = {
 
 const CrossingsOfKind kDeformableCrossings = {
     .ends = kDeformableEnds,
-    .set_out = deformable::move_end,
+    .set_out = deformable::set_out,
     .take_up = deformable::take_up,
     .move_end = deformable::move_end,
     .passing_velocity = &Node::m_splitv,
