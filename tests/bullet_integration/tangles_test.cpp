@@ -9,6 +9,7 @@
 #include <memory>
 #include <numeric>
 #include <string>
+#include <vector>
 
 #include "mesh_tools/exact_intersection.hpp"
 #include "random.hpp"
@@ -192,6 +193,32 @@ TEST(Tangles, are_where_faces_go_through_each_others_borders) {
         neighbours_when([&](btVector3 x) { return btVector3(x.x(), btFabs(x.x()) + height, x.z()); });
     EXPECT_GT(valley.count, 20);
     EXPECT_EQ(valley.tangled, 0) << "it stands on the floor, or above it";
+  }
+}
+
+std::unique_ptr<btSoftBody> make_faces(btSoftBodyWorldInfo& world_info, const std::vector<btVector3>& nodes,
+                                       const std::vector<std::array<int, 3>>& faces) {
+  auto body = std::make_unique<btSoftBody>(&world_info, static_cast<int>(nodes.size()), nodes.data(), nullptr);
+  for (const auto& [a, b, c] : faces) body->appendFace(a, b, c);
+  return body;
+}
+
+// The upright face passes through the floor's other face. It meets the contact's face at one point alone, inside an
+// edge of both, where no corner is on the other's plane.
+TEST(Tangles, are_where_edges_of_faces_touch_and_neighbours_intersect) {
+  btSoftBodyWorldInfo world_info;
+  const auto floor = make_faces(world_info, {{-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}}, {{0, 1, 2}, {1, 0, 3}});
+  for (const btScalar gap : {btScalar(0), btScalar(0x1p-10)}) {
+    const btVector3 shift(0, gap, 0);
+    const auto upright = make_faces(
+        world_info, {btVector3(0, 0, -1) + shift, btVector3(0, 0, 1) + shift, btVector3(0.25, 1, 0.125) + shift},
+        {{0, 1, 2}});
+    const WorldMirror::Member side_a = member_of(*floor);
+    const WorldMirror::Member side_b = member_of(*upright);
+    Contact contact{};
+    const std::uint32_t vertices[4] = {3, 0, 1, 2};
+    std::copy(std::begin(vertices), std::end(vertices), contact.vertices);
+    EXPECT_EQ(is_tangled(MemberContact{contact, side_a, side_b}, bullet::kDeformableEnds), gap == 0);
   }
 }
 
