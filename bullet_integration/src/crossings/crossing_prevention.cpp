@@ -84,13 +84,12 @@ void CrossingPrevention::restore_start(btSoftBody& body) const {
 }
 
 void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
-  const auto [entry, is_new] = answered_.try_emplace(&body);
-  if (!is_new) return;
-  NodeStates& before = entry->second;
+  NodeStates* const before = answered_.add(body);
+  if (before == nullptr) return;
   for (int i = 0; i < body.m_nodes.size(); ++i) {
-    before.velocities.push_back(body.m_nodes[i].m_v);
-    before.split_velocities.push_back(body.m_nodes[i].m_splitv);
-    before.ends.push_back(body.m_nodes[i].*kind_.ends.end);
+    before->velocities.push_back(body.m_nodes[i].m_v);
+    before->split_velocities.push_back(body.m_nodes[i].m_splitv);
+    before->ends.push_back(body.m_nodes[i].*kind_.ends.end);
   }
   kind_.take_up(body, time_step);
   constrained_.add(body);

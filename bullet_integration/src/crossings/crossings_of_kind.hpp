@@ -1,6 +1,7 @@
 #pragma once
 
-#include <unordered_map>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "bodies/node_ends.hpp"
@@ -12,8 +13,26 @@ namespace softcd::bullet {
 struct NodeStates {
   std::vector<btVector3> velocities, split_velocities, ends;
 };
-/// The bodies that got responses in a step.
-using AnsweredBodies = std::unordered_map<btSoftBody*, NodeStates>;
+
+/// The bodies that got responses in a step, in the order of their first ones. So sums over them are the same in every
+/// run.
+class AnsweredBodies {
+ public:
+  /// Returns the entry of a new body, which the next call may move, or null if the body has one.
+  NodeStates* add(btSoftBody& body) {
+    return known_.insert(&body).second ? &bodies_.emplace_back(&body, NodeStates()).second : nullptr;
+  }
+  void clear() {
+    bodies_.clear();
+    known_.clear();
+  }
+  auto begin() const { return bodies_.begin(); }
+  auto end() const { return bodies_.end(); }
+
+ private:
+  std::vector<std::pair<btSoftBody*, NodeStates>> bodies_;
+  std::unordered_set<const btSoftBody*> known_;
+};
 
 /// The differences between the kinds of world in the prevention of crossings.
 struct CrossingsOfKind {
