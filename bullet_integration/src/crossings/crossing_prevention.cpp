@@ -5,6 +5,7 @@
 #include <string>
 
 #include "LinearMath/btQuickprof.h"
+#include "bodies/bounds.hpp"
 #include "contacts/tangles.hpp"
 
 namespace softcd::bullet {
@@ -131,6 +132,7 @@ void CrossingPrevention::update_positions(const HeldNodes& held, btScalar time_s
     bodies.push_back(body);
   }
   obstacles_.follow({bodies.data(), bodies.size()});
+  require_neighbours({bodies.data(), bodies.size()}, time_step);
 }
 
 /// Returns whether the features are released as tangled. If edges get responses, no edge passes through another. So
@@ -178,30 +180,63 @@ std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   return impacts;
 }
 
-/// Puts the bodies into the mirror with their paths before any response, and the obstacles near them. Returns false if
-/// there are no bodies.
+/// Puts the body into the mirror with its path before any response.
+void CrossingPrevention::require(btSoftBody& body, btScalar time_step) {
+  WorldMirror::Member& member = mirror_.require(body, /*needs_way=*/true);
+  restore_start(body);
+  kind_.set_out(body, time_step);
+  mirror_.update_way(member);
+  required_.insert(&body);
+}
+
+/// Puts the bodies and the obstacles near them into the mirror. Returns false if there are no bodies.
 bool CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step) {
+  required_.clear();
   std::vector<btSoftBody*> looked_after;
   for (btSoftBody* body : bodies) {
     if (prevents_soft_crossings(settings_) && !has_vertex_face_contacts(kind_.ends, *body)) continue;
-    WorldMirror::Member& member = mirror_.require(*body, /*needs_way=*/true);
-    restore_start(*body);
-    kind_.set_out(*body, time_step);
-    mirror_.update_way(member);
+    require(*body, time_step);
     looked_after.push_back(body);
   }
   obstacles_.begin_step({looked_after.data(), looked_after.size()}, surroundings, time_step);
   return !looked_after.empty();
 }
 
+/// Returns whether two soft bodies must not cross. With discrete detection that holds only if a response has moved one
+/// of them: the pass itself must push no body through another.
+bool CrossingPrevention::keeps_apart(btSoftBody& a, btSoftBody& b, const PairRule& rule) const {
+  if (prevents_soft_crossings(settings_)) return rule(a, b);
+  return (answered_.count(&a) != 0 || answered_.count(&b) != 0) && required_.count(&a) != 0 &&
+         required_.count(&b) != 0 && has_vertex_face_contacts(kind_.ends, a) &&
+         has_vertex_face_contacts(kind_.ends, b) && rule(a, b);
+}
+
+/// Requires the soft bodies that moved bodies may reach.
+void CrossingPrevention::require_neighbours(Span<btSoftBody* const> moved, btScalar time_step) {
+  if (prevents_soft_crossings(settings_)) return;
+  const auto path_of = [](const btSoftBody& body) {
+    return bounds_of(body, {&btSoftBody::Node::m_x, &btSoftBody::Node::m_q});
+  };
+  std::vector<Bounds> paths;
+  for (const btSoftBody* body : moved) paths.push_back(path_of(*body));
+  for (btSoftBody* body : neighbours_) {
+    if (required_.count(body) != 0 || !has_vertex_face_contacts(kind_.ends, *body)) continue;
+    const Bounds path = path_of(*body);
+    if (std::any_of(paths.begin(), paths.end(), [&](const Bounds& other) { return other.overlaps(path); })) {
+      require(*body, time_step);
+    }
+  }
+}
+
 bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
                              const Surroundings& surroundings, const TangledNodes* released) {
   BT_PROFILE("softcd crossings");
   released_ = released;
+  neighbours_ = surroundings.soft_bodies;
   const bool has_any = require(bodies, surroundings, time_step);
   const PairRule rule_of_all = [&](btSoftBody& a, btSoftBody& b) {
     if (obstacles_.has(a) || obstacles_.has(b)) return obstacles_.collide(a, b);
-    return prevents_soft_crossings(settings_) && rule(a, b);
+    return keeps_apart(a, b, rule);
   };
   const PairFilter filter = pair_filter(mirror_, rule_of_all);
   query_.set_pair_filter(
@@ -216,8 +251,9 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   try {
     if (!impacts.empty()) answer(impacts, time_step);
     if (settings_.read_out == ReadOut::impulses) impulses_.measure(kind_, answered_, time_step);
-    name_unavoidable(bodies);
-    name_released(bodies);
+    const Span<btSoftBody* const> named = neighbours_.empty() ? bodies : neighbours_;
+    name_unavoidable(named);
+    name_released(named);
   } catch (...) {
     take_back();
     throw;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "bodies/query_options.hpp"
@@ -27,8 +28,8 @@ struct AnswerRounds {
 
 /// Last pass of a step with continuous detection. Changes the nodes' end positions until no node crosses a face on its
 /// straight path. If edge contacts get responses, no edge crosses an edge either. Margins do not count. Rigid triangle
-/// meshes are obstacles that are not changed. With discrete detection the pass prevents only crossings with obstacles,
-/// including those of their edges.
+/// meshes are obstacles that are not changed. With discrete detection the pass prevents crossings with obstacles,
+/// including those of their edges, and crossings of soft bodies with those that the pass has moved.
 ///
 /// Impulses come first, then impact zones, which move as rigid bodies. Then small gaps separate features that zones
 /// leave within the rounding of positions. Nodes that still meet stay where the step began, because nothing crossed
@@ -77,7 +78,10 @@ class CrossingPrevention {
   bool moves_out(const MemberContact& found) const;
   bool is_of_unanswered_link(const MemberContact& found) const;
   bool may_stay(const MemberContact& found) const;
+  void require(btSoftBody& body, btScalar time_step);
   bool require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step);
+  bool keeps_apart(btSoftBody& a, btSoftBody& b, const PairRule& rule) const;
+  void require_neighbours(Span<btSoftBody* const> moved, btScalar time_step);
   std::vector<Impact> find_impacts(Pairs pairs);
   void restore_start(btSoftBody& body) const;
   void answer(std::vector<Impact> impacts, btScalar time_step);
@@ -100,7 +104,9 @@ class CrossingPrevention {
   ConstrainedNodes constrained_;
   RigidObstacles obstacles_;
   TangledPairs tangled_;
-  const TangledNodes* released_ = nullptr;  ///< in run()
+  const TangledNodes* released_ = nullptr;          ///< in run()
+  Span<btSoftBody* const> neighbours_;              ///< in run()
+  std::unordered_set<const btSoftBody*> required_;  ///< in this step
   CrossingAnswers answers_;
   CrossingImpulses impulses_;
 };

@@ -14,6 +14,7 @@ namespace softcd::bullet {
 struct Surroundings {
   const btCollisionObjectArray* objects = nullptr;                ///< null if there are none
   std::function<bool(btSoftBody&, btCollisionObject&)> collides;  ///< whether Bullet lets them collide
+  Span<btSoftBody* const> soft_bodies;                            ///< the world's; a moved body can meet them
 };
 
 /// Rigid triangle meshes in crossing prevention: the pieces of meshes that soft bodies can meet in a step. Each is

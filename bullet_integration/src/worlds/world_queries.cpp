@@ -147,7 +147,8 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCol
   if (!has_any && crossings.get() != nullptr && crossings.get()->is_idle()) return;
   Surroundings surroundings;
   if (settings_.rigid_meshes) {
-    surroundings = {&objects, [&](btSoftBody& soft, btCollisionObject& object) { return gate.admits(soft, object); }};
+    surroundings = {&objects, [&](btSoftBody& soft, btCollisionObject& object) { return gate.admits(soft, object); },
+                    bodies};
   }
   const WorldPairs pairs = pairs_of(gate);
   crossings.run([&](CrossingPrevention& prevention) {
