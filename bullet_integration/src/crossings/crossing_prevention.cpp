@@ -206,9 +206,8 @@ bool CrossingPrevention::require(Span<btSoftBody* const> bodies, const Surroundi
 /// of them: the pass itself must push no body through another.
 bool CrossingPrevention::keeps_apart(btSoftBody& a, btSoftBody& b, const PairRule& rule) const {
   if (prevents_soft_crossings(settings_)) return rule(a, b);
-  return (answered_.count(&a) != 0 || answered_.count(&b) != 0) && required_.count(&a) != 0 &&
-         required_.count(&b) != 0 && has_vertex_face_contacts(kind_.ends, a) &&
-         has_vertex_face_contacts(kind_.ends, b) && rule(a, b);
+  return (answered_.has(a) || answered_.has(b)) && required_.count(&a) != 0 && required_.count(&b) != 0 &&
+         has_vertex_face_contacts(kind_.ends, a) && has_vertex_face_contacts(kind_.ends, b) && rule(a, b);
 }
 
 /// Requires the soft bodies that moved bodies may reach.

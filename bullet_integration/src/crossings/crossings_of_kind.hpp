@@ -22,6 +22,7 @@ class AnsweredBodies {
   NodeStates* add(btSoftBody& body) {
     return known_.insert(&body).second ? &bodies_.emplace_back(&body, NodeStates()).second : nullptr;
   }
+  bool has(const btSoftBody& body) const { return known_.count(&body) != 0; }
   void clear() {
     bodies_.clear();
     known_.clear();
