@@ -8,7 +8,7 @@
 
 namespace softcd::demo {
 
-/// What the program finds in place of contacts.
+/// The intersections that the program finds in place of contacts.
 enum class Intersections : std::uint32_t {
   off,
   regions,  ///< where the last frame is through itself

@@ -41,7 +41,7 @@ struct Part {
   Color front, back;
 };
 
-/// What finds the contacts between soft bodies.
+/// One of the detectors of contacts between soft bodies.
 struct Detector {
   Collision collision;
   bullet::Settings (*settings)();  ///< of softcd

@@ -284,10 +284,10 @@ TEST_P(KinematicMeshesAtTheDefault, push_a_curtain_by_the_tip_of_a_spike) {
   push_slowly(spike);
 }
 
-// What keeps a curtain out of the mesh moves it towards the next one, and that one towards the third, which is not near
-// the mesh. The deformable world's solver itself pushes such curtains through each other with discrete detection.
+// The last pass keeps a curtain out of the mesh, and so moves it towards the next one. That one moves towards the
+// third, which is not near the mesh.
 TEST_P(KinematicMeshesAtTheDefault, push_a_curtain_into_others) {
-  if (is_deformable(GetParam())) return;
+  if (is_deformable(GetParam())) GTEST_SKIP() << "Bullet's solver itself pushes such curtains through each other";
   simulation.set_gravity(btVector3(0, -10, 0));
   std::vector<const btSoftBody*> curtains = {curtain};
   for (const btScalar z : {btScalar(0.4), btScalar(0.8)}) curtains.push_back(&hang_curtain(z));

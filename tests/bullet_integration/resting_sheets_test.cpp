@@ -50,11 +50,11 @@ TEST(ContactEconomy, a_sheet_rests_as_high_in_the_classic_world) {
 }
 
 /// Bullet's classic margins let no node lie still, and where the hops of a second end depends on every bit of the
-/// start. Without the cut of joint_margin the mean of these starts is 3 % higher than with all contacts.
+/// start. Without the cut of joint_margin the mean of these starts is 1.6 % higher than with all contacts.
 TEST(ContactEconomy, sheets_rest_as_high_on_average_in_the_classic_world) {
   double all_sum = 0, chosen_sum = 0;
   for (int start = 0; start < 12; ++start) {
-    const btScalar height = btScalar(0.08) + btScalar(start) * btScalar(0.0001);
+    const btScalar height = btScalar(0.08) + btScalar(start) * btScalar(0.001);
     all_sum += double(rest(World::one_line, Contacts::all, height).first);
     chosen_sum += double(rest(World::one_line, Contacts::closest_feature, height).first);
   }

@@ -7,6 +7,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "lanes/vectors-inl.hpp"
+
 // Compiled once for each kind of processor, in a namespace of its own.
 HWY_BEFORE_NAMESPACE();
 namespace softcd::cpu::HWY_NAMESPACE {
@@ -28,8 +30,6 @@ std::uint64_t past_in_lanes(const PatchBounds<true>& a, std::uint64_t meeting, c
 }
 
 #else
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 using Columns = hn::CappedTag<float, kPatchSize>;
 
@@ -128,40 +128,32 @@ std::uint32_t rows_in_lanes(const PatchBounds<kSwept>& a, const StraightBounds& 
   return bits;
 }
 
-using Floats = hn::Vec<Columns>;
-
-HWY_INLINE Floats larger(Floats a, Floats b) {
-#if HWY_ARCH_X86
-  return hn::Max(a, b);
-#else
-  return hn::IfThenElse(hn::Gt(a, b), a, b);
-#endif
-}
+using OfColumns = hn::Vec<Columns>;
 
 /// How far a register's columns, from `first` on, move along an axis, twice, and how wide they are at the end.
 struct MotionOnAxis {
-  Floats motion, width;
+  OfColumns motion, width;
 };
 
 HWY_INLINE MotionOnAxis motion_on(const PatchBounds<true>& patch, std::size_t first, int axis) {
   const Columns columns;
-  const Floats t1_lo = hn::LoadU(columns, patch.lo[axis][1] + first);
-  const Floats t1_hi = hn::LoadU(columns, patch.hi[axis][1] + first);
-  const Floats t0_lo = hn::LoadU(columns, patch.lo[axis][0] + first);
-  const Floats t0_hi = hn::LoadU(columns, patch.hi[axis][0] + first);
+  const OfColumns t1_lo = hn::LoadU(columns, patch.lo[axis][1] + first);
+  const OfColumns t1_hi = hn::LoadU(columns, patch.hi[axis][1] + first);
+  const OfColumns t0_lo = hn::LoadU(columns, patch.lo[axis][0] + first);
+  const OfColumns t0_hi = hn::LoadU(columns, patch.hi[axis][0] + first);
   return {hn::Sub(hn::Add(t1_lo, t1_hi), hn::Add(t0_lo, t0_hi)), hn::Sub(t1_hi, t1_lo)};
 }
 
 /// Does the same as move_past() for a row and some columns, whose motion is known.
 HWY_INLINE hn::Mask<Columns> move_past_row(const PatchBounds<true>& a, std::uint32_t row, const MotionOnAxis (&b)[3]) {
   const Columns columns;
-  Floats motion = hn::Zero(columns);
-  Floats width = hn::Zero(columns);
+  OfColumns motion = hn::Zero(columns);
+  OfColumns width = hn::Zero(columns);
   for (int axis = 0; axis < 3; ++axis) {
     const float t1_lo = a.lo[axis][1][row];
     const float t1_hi = a.hi[axis][1][row];
     const float motion_a = (t1_lo + t1_hi) - (a.lo[axis][0][row] + a.hi[axis][0][row]);
-    const Floats relative = hn::Sub(hn::Set(columns, motion_a), b[axis].motion);
+    const OfColumns relative = hn::Sub(hn::Set(columns, motion_a), b[axis].motion);
     motion = larger(motion, hn::Mul(hn::Set(columns, 0.5F), hn::Abs(relative)));
     width = larger(width, hn::Add(hn::Set(columns, t1_hi - t1_lo), b[axis].width));
   }

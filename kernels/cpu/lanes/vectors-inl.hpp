@@ -38,7 +38,8 @@ HWY_INLINE Float smaller(Float a, Float b) {
   return hn::IfThenElse(hn::Lt(a, b), a, b);
 #endif
 }
-HWY_INLINE Float larger(Float a, Float b) {
+template <class Vec>
+HWY_INLINE Vec larger(Vec a, Vec b) {
 #if HWY_ARCH_X86
   return hn::Max(a, b);
 #else

@@ -29,7 +29,7 @@ struct ValueRange {
 template <auto kMember>
 inline constexpr ValueRange kRangeOf = {};
 
-/// What a member does, for command lines and Python: specialized for all options.
+/// The help text of a member, for command lines and Python: specialized for all options.
 template <auto kMember>
 inline constexpr const char* kHelpOf = nullptr;
 

@@ -84,8 +84,7 @@ inline constexpr auto kHelpOf<&QueryOptions::detection> =
 template <>
 inline constexpr auto kHelpOf<&QueryOptions::accuracy> =
     "The narrow phase's arithmetic. fast: float32; precise: float64; conservative: float64 that finds everything "
-    "within "
-    "a margin. automatic: conservative for positions in double, and for ccd with a margin; else precise";
+    "within a margin. automatic: conservative for positions in double, and for ccd with a margin; else precise";
 template <>
 inline constexpr auto kHelpOf<&QueryOptions::broad_phase> =
     "How candidate pairs are found: uniform has one grid for the largest triangle, and many more tests";
@@ -95,8 +94,7 @@ inline constexpr auto kHelpOf<&QueryOptions::subdivision> =
 template <>
 inline constexpr auto kHelpOf<&QueryOptions::cell_size_factor> =
     "The cell size of broad phase exact: this times the mean bounding radius of the triangles, on the CPU of patches "
-    "of "
-    "up to 8 triangles. 0 chooses";
+    "of up to 8 triangles. 0 chooses";
 template <>
 inline constexpr ValueRange kRangeOf<&QueryOptions::cell_size_factor> = {.least = 0.1, .most = 100, .or_zero = true};
 template <>
