@@ -223,7 +223,8 @@ void WorldMirror::update_mesh(Member& member, const BodySettings& settings) {
   const BodyDesc desc = desc_of(mesh, settings);
   const std::vector<std::uint32_t> changed = changed_triangles(member.mesh, mesh);
   const std::size_t added = mesh.triangles.size() - std::min(mesh.triangles.size(), member.mesh.triangles.size());
-  if (changed.size() + added <= mesh.triangles.size() / kOneChangedIn) {
+  // Contact tests tell of edges by their numbers alone. So a probe's edges are numbered anew, by the rule in Contact.
+  if (!is_outside_steps() && changed.size() + added <= mesh.triangles.size() / kOneChangedIn) {
     scene_.update_body(member.id, desc, changed);
   } else {
     scene_.update_body(member.id, desc);
@@ -237,7 +238,7 @@ void WorldMirror::update_mesh(Member& member, const BodySettings& settings) {
 
 void WorldMirror::set_positions(Member& member, bool needs_way) {
   const btSoftBody& body = *member.body;
-  if (ends_.start == ends_.end && !has_moved(member)) return;
+  if (is_outside_steps() && !has_moved(member)) return;
   const NodePosition start = start_of(ends_, body);
   const NodePosition end = body.isActive() ? ends_.end : start;
   if (needs_way) {

@@ -106,6 +106,8 @@ class WorldMirror {
   void update_mesh(Member& member, const BodySettings& settings);
   void compare(Member& member) const;
   void set_positions(Member& member, bool needs_way);
+  /// Returns whether the mirror has kPresentEnds.
+  bool is_outside_steps() const { return ends_.start == ends_.end; }
   static bool has_moved(Member& member);
   template <class Predicate>
   void keep(Span<btSoftBody* const> bodies, Predicate is_kept) noexcept;
