@@ -74,20 +74,17 @@ bool has_side(const Triangle& triangle, std::uint32_t from, std::uint32_t to) {
 /// Returns whether each edge has two faces, which pass through it in opposite directions. Unlike is_closed_surface(),
 /// needs no list of edges, and allows parts that touch at a vertex.
 bool is_closed_at_edges(const BodyMesh& mesh) {
-  constexpr std::uint32_t kMostFacesAtNode = 64;  // bounds the time
+  constexpr std::size_t kMostFacesAtNode = 64;  // bounds the time
   for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const std::uint32_t from = mesh.triangles[f].v[corner];
       const std::uint32_t to = mesh.triangles[f].v[(corner + 1) % 3];
-      const std::uint32_t first = mesh.first_face_of_node[from];
-      const std::uint32_t last = mesh.first_face_of_node[from + 1];
-      if (last - first > kMostFacesAtNode) return false;
+      if (mesh.faces_at(from).size() > kMostFacesAtNode) return false;
       int along = 0;
       int against = 0;
-      for (std::uint32_t i = first; i < last; ++i) {
-        const Triangle& face = mesh.triangles[mesh.faces_of_nodes[i]];
-        along += has_side(face, from, to) ? 1 : 0;
-        against += has_side(face, to, from) ? 1 : 0;
+      for (const std::uint32_t face : mesh.faces_at(from)) {
+        along += has_side(mesh.triangles[face], from, to) ? 1 : 0;
+        against += has_side(mesh.triangles[face], to, from) ? 1 : 0;
       }
       if (along != 1 || against != 1) return false;
     }
@@ -176,11 +173,10 @@ int outward_side(const BodyMesh& mesh, const btSoftBody& body) {
 }
 
 std::uint32_t face_at_edge(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other) {
-  const auto faces = mesh.faces_of_nodes.begin();
-  const auto end = faces + mesh.first_face_of_node[node + 1];
-  const auto found = std::find_if(faces + mesh.first_face_of_node[node], end,
-                                  [&](std::uint32_t face) { return has_vertex(mesh.corners(face), other); });
-  return found == end || *found >= mesh.face_count ? kNoIndex : *found;
+  for (const std::uint32_t face : mesh.faces_at(node)) {
+    if (has_vertex(mesh.corners(face), other)) return face < mesh.face_count ? face : kNoIndex;
+  }
+  return kNoIndex;
 }
 
 std::vector<std::uint32_t> changed_triangles(const BodyMesh& before, const BodyMesh& now) {

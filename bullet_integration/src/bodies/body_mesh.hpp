@@ -31,6 +31,11 @@ struct BodyMesh {
   /// has no other edges. The third node is another node of the body if there is one, and its weight is 0.
   std::vector<btSoftBody::Face> link_faces;
 
+  /// Returns the faces and segments at a node, by their numbers in faces_of_nodes.
+  Span<const std::uint32_t> faces_at(std::uint32_t node) const {
+    const std::uint32_t first = first_face_of_node[node];
+    return {faces_of_nodes.data() + first, first_face_of_node[node + 1] - first};
+  }
   /// Returns the nodes of a face or segment, by its number in faces_of_nodes.
   Triangle corners(std::uint32_t face) const {
     if (face < triangles.size()) return triangles[face];

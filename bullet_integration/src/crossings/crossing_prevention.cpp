@@ -105,9 +105,8 @@ void CrossingPrevention::take_up(Impact& impact, btScalar time_step) {
 }
 
 void CrossingPrevention::note_meeting(const Impact& impact) {
-  const int count_a = impact.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
   for (int i = 0; i < 4; ++i) {
-    const btSoftBody& other = *impact.bodies[i < count_a ? 1 : 0];
+    const btSoftBody& other = *impact.bodies[i < vertices_of_a(impact.contact) ? 1 : 0];
     if (impact.nodes[i]->m_im > 0) impulses_.add(*impact.nodes[i], obstacles_.object_of(other));
   }
 }
