@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "bodies/world_mirror.hpp"
-#include "contacts/solver_contact_batch.hpp"
+#include "contacts/contact_notes.hpp"
 #include "softcd/bullet/edge_contact.hpp"
 
 /// Makes contacts for Bullet's own arrays, so that its solvers treat them as their own. Makes none if no node of either
@@ -14,6 +16,37 @@ namespace softcd::bullet {
 
 /// Factor of a node's motion by which Bullet's CollideVF_SS enlarges the node's margin.
 inline constexpr float kBulletMotionMargin = 2.0F;
+
+/// Contacts of solvers, made of some of a query's contacts in a row.
+template <class T>
+class SolverContactBatch {
+ public:
+  /// Contacts in a row that one body gets.
+  struct Run {
+    btSoftBody* body;
+    std::size_t first;  ///< in the batch
+    std::size_t count;
+    int place;  ///< of the first one in the body's array
+  };
+
+  void clear() {
+    contacts.clear();
+    runs.clear();
+    notes.clear();
+  }
+  void add(btSoftBody& body, const T& contact) {
+    if (runs.empty() || runs.back().body != &body) runs.push_back({&body, contacts.size(), 0, 0});
+    ++runs.back().count;
+    contacts.push_back(contact);
+  }
+
+  std::vector<T> contacts;
+  std::vector<Run> runs;
+  std::vector<ContactNotes::Note> notes;  ///< with places in the batch until write()
+};
+
+using SoftContactBatch = SolverContactBatch<btSoftBody::SContact>;
+using DeformableContactBatch = SolverContactBatch<btSoftBody::DeformableFaceNodeContact>;
 
 /// The share of a written contact, which may carry other contacts of its node that are not written.
 struct ContactShare {

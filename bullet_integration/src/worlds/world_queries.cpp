@@ -6,7 +6,6 @@
 #include <new>
 
 #include "LinearMath/btQuickprof.h"
-#include "native/pair_order.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -75,8 +74,7 @@ void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bod
 }
 
 void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate) {
-  RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::mesh);
-  restore_order(collected.pairs, gate);
+  const RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::mesh, gate);
   const bool has_read = rigid_meshes.run([&](RigidMeshDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
     read_meshes(detection, collected.pairs, gate.info().m_timeStep);
@@ -110,8 +108,7 @@ void WorldQueries::read_meshes(RigidMeshDetection& detection, const std::vector<
 }
 
 void WorldQueries::find_convex_contacts(const PairGate& gate) {
-  RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::convex);
-  restore_order(collected.pairs, gate);
+  const RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::convex, gate);
   convex_shapes.run([&](ConvexDetection& detection) {
     BT_PROFILE("softcd convex shapes");
     if (!collected.is_complete) throw std::bad_alloc();
