@@ -26,6 +26,7 @@ class WorldQueries {
   /// `kind` must outlive it.
   WorldQueries(const WorldKind& kind, const Settings& settings);
 
+  const WorldKind& kind() const { return kind_; }
   /// Returns the settings, with the world's choice in place of EdgeContacts::automatic.
   const Settings& settings() const { return settings_; }
   /// Throws as Scene::set_options and Query::set_options do. The old settings then stay.
