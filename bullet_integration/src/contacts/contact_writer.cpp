@@ -249,13 +249,15 @@ EdgeContact edge_contact_of(const MemberContact& found) {
           btScalar(contact.time_of_impact)};
 }
 
-bool has_crossed_to_wrong_side(const MemberContact& found) {
+bool ClassicContacts::is_turned(const MemberContact& found, Detection detection, bool is_chosen) {
+  const bool may_turn = is_chosen || found.a.body == found.b.body;
+  if (!may_turn || detection != Detection::dcd) return false;
   const int direction = passage(found.node(0), found.face());
   const bool leaves_closed_body = direction == found.b.mesh.outward && &found.a != &found.b;
   return direction != 0 && !leaves_closed_body && !starts_through(found);
 }
 
-std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Detection detection) {
+std::optional<btSoftBody::SContact> ClassicContacts::contact_of(const MemberContact& found, Detection detection) {
   const Contact& contact = found.contact;
   btSoftBody& node_body = *found.a.body;
   btSoftBody& face_body = *found.b.body;
@@ -285,13 +287,13 @@ std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Det
   return soft_contact;
 }
 
-void carry_others(const ContactShare& share, btSoftBody::SContact& contact) {
-  if (share.is_turned) contact.m_normal *= -1;
-  if (share.count > 1) contact.m_friction = 1 - btPow(1 - contact.m_friction, btScalar(share.count));
-  contact.m_margin -= share.margin_cut;
+void ClassicContacts::carry(const MemberContact& /*found*/, const ContactShare& share, Entry& entry) {
+  if (share.is_turned) entry.m_normal *= -1;
+  if (share.count > 1) entry.m_friction = 1 - btPow(1 - entry.m_friction, btScalar(share.count));
+  entry.m_margin -= share.margin_cut;
 }
 
-btScalar soft_margin_cut(const MemberContact& one, Span<const btSoftBody::SContact> carried, std::size_t place) {
+btScalar ClassicContacts::margin_cut(const MemberContact& one, Span<const Entry> carried, std::size_t place) {
   const btSoftBody::SContact& given = carried[place];
   if (!(approach_of(given) > 0)) return 0;
   const btScalar grown_by = given.m_margin - margin_sum(*one.a.body, *one.b.body);
@@ -299,7 +301,7 @@ btScalar soft_margin_cut(const MemberContact& one, Span<const btSoftBody::SConta
   return btMin(given.m_margin - joint_margin(carried, place, one.a.body->m_cfg.piterations), grown_by);
 }
 
-void write_soft_edge_contact(const MemberContact& found, SoftContactBatch& out) {
+void ClassicContacts::add_edges(const MemberContact& found, SolverContactBatch<Entry>& out) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
   const btScalar face_inverse_mass = inverse_mass_of_edge(edge);
@@ -325,7 +327,8 @@ void write_soft_edge_contact(const MemberContact& found, SoftContactBatch& out) 
   }
 }
 
-std::optional<btSoftBody::DeformableFaceNodeContact> deformable_contact(const MemberContact& found) {
+std::optional<btSoftBody::DeformableFaceNodeContact> DeformableContacts::contact_of(const MemberContact& found,
+                                                                                    Detection /*detection*/) {
   if (!found.a.body->isActive() || !are_near_for_bullet(found)) return std::nullopt;
   btSoftBody::Face& face = found.face();
   btSoftBody::Node& node = found.node(0);
@@ -338,13 +341,12 @@ std::optional<btSoftBody::DeformableFaceNodeContact> deformable_contact(const Me
   return deformable;
 }
 
-void carry_others(const MemberContact& found, const ContactShare& share,
-                  btSoftBody::DeformableFaceNodeContact& contact) {
-  const btScalar depth = btMax(btScalar(0), contact.m_margin - btScalar(found.contact.distance));
-  contact.m_margin += btScalar(share.count - 1) * depth;
+void DeformableContacts::carry(const MemberContact& found, const ContactShare& share, Entry& entry) {
+  const btScalar depth = btMax(btScalar(0), entry.m_margin - btScalar(found.contact.distance));
+  entry.m_margin += btScalar(share.count - 1) * depth;
 }
 
-void write_deformable_edge_contact(const MemberContact& found, DeformableContactBatch& out) {
+void DeformableContacts::add_edges(const MemberContact& found, SolverContactBatch<Entry>& out) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
   if (!have_velocities(*edge.nodes[0], *edge.face) || !have_velocities(*edge.nodes[1], *edge.face)) return;
