@@ -29,8 +29,7 @@ bool is_rope(const btSoftBody& body) {
 std::vector<Segment> segments_of(const btSoftBody& body) {
   std::vector<Segment> segments;
   if (!is_rope(body)) return segments;
-  for (int i = 0; i < body.m_links.size(); ++i) {
-    const btSoftBody::Link& link = body.m_links[i];
+  for (const btSoftBody::Link& link : span_of(body.m_links)) {
     if (link.m_bbending != 0) continue;
     const btSoftBody::Node* const first = &body.m_nodes[0];
     segments.push_back(
@@ -119,8 +118,8 @@ BodyMesh read_mesh(const btSoftBody& body) {
   mesh.face_count = static_cast<std::uint32_t>(body.m_faces.size());
   mesh.triangles.reserve(mesh.face_count);
   std::vector<bool> has_face(mesh.node_count, false);
-  for (int i = 0; i < body.m_faces.size(); ++i) {
-    const Triangle triangle = triangle_of(body.m_faces[i], &body.m_nodes[0]);
+  for (const btSoftBody::Face& face : span_of(body.m_faces)) {
+    const Triangle triangle = triangle_of(face, &body.m_nodes[0]);
     for (const std::uint32_t node : triangle.v) {
       if (node < mesh.node_count) has_face[node] = true;
     }
@@ -143,21 +142,19 @@ BodyMesh read_mesh(const btSoftBody& body) {
 void add_faces_of_nodes(BodyMesh& mesh) {
   mesh.first_face_of_node.assign(mesh.node_count + 1, 0);
   const auto first_segment = static_cast<std::uint32_t>(mesh.triangles.size());
-  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
-    for (const std::uint32_t node : mesh.triangles[f].v) ++mesh.first_face_of_node[node + 1];
-  }
-  for (const Segment& segment : mesh.segments) {
-    for (const std::uint32_t node : segment.v) ++mesh.first_face_of_node[node + 1];
-  }
+  const auto for_each_corner = [&](auto visit) {
+    for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
+      for (const std::uint32_t node : mesh.triangles[f].v) visit(node, f);
+    }
+    for (std::uint32_t s = 0; s < mesh.segments.size(); ++s) {
+      for (const std::uint32_t node : mesh.segments[s].v) visit(node, first_segment + s);
+    }
+  };
+  for_each_corner([&](std::uint32_t node, std::uint32_t /*face*/) { ++mesh.first_face_of_node[node + 1]; });
   std::partial_sum(mesh.first_face_of_node.begin(), mesh.first_face_of_node.end(), mesh.first_face_of_node.begin());
   std::vector<std::uint32_t> next(mesh.first_face_of_node.begin(), mesh.first_face_of_node.end() - 1);
   mesh.faces_of_nodes.resize(mesh.first_face_of_node.back());
-  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
-    for (const std::uint32_t node : mesh.triangles[f].v) mesh.faces_of_nodes[next[node]++] = f;
-  }
-  for (std::uint32_t s = 0; s < mesh.segments.size(); ++s) {
-    for (const std::uint32_t node : mesh.segments[s].v) mesh.faces_of_nodes[next[node]++] = first_segment + s;
-  }
+  for_each_corner([&](std::uint32_t node, std::uint32_t face) { mesh.faces_of_nodes[next[node]++] = face; });
 }
 
 int outward_side(const BodyMesh& mesh, const btSoftBody& body) {

@@ -3,15 +3,11 @@
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
+#include "native/arrays.hpp"
 #include "softcd/mesh/features.hpp"
 #include "softcd/softcd.hpp"
 
 namespace softcd::bullet {
-
-inline Span<btSoftBody* const> span_of(const btAlignedObjectArray<btSoftBody*>& bodies) {
-  if (bodies.size() == 0) return {};
-  return {&bodies[0], static_cast<std::size_t>(bodies.size())};
-}
 
 /// A soft body's triangles and segments as node indices. Segments are the links of a rope: a body without faces and
 /// tetrahedra. Bending links, which join nodes beyond their neighbours, are left out. Nodes without a face or a segment

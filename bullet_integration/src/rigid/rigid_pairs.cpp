@@ -202,11 +202,9 @@ void process_natively(const RigidPair& pair, btCollisionDispatcher& dispatcher, 
 }
 
 void forget_rigid_algorithms(btOverlappingPairCache& pair_cache, btDispatcher& dispatcher) {
-  btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();
-  for (int i = 0; i < pair_cache.getNumOverlappingPairs(); ++i) {
-    const auto [a, b] = soft_bodies_of(pairs[i]);
-    if ((a == nullptr) != (b == nullptr)) pair_cache.cleanOverlappingPair(pairs[i], &dispatcher);
-  }
+  for_each_pair_with_rigid(pair_cache, [&](btBroadphasePair& pair, const btSoftBody& /*soft*/) {
+    pair_cache.cleanOverlappingPair(pair, &dispatcher);
+  });
 }
 
 }  // namespace softcd::bullet

@@ -35,7 +35,7 @@ class AttachedClassicWorld final : public AttachedWorld {
   void process_late() override { step().process_late(); }
   void prepare_solver() override { step().before_solver(); }
   void end_step(btScalar time_step) override {
-    queries().resume_step(bodies());
+    queries().mirror.resume_step(bodies());
     step().end(time_step);
   }
   bool ends_steps_late() const override { return true; }

@@ -31,8 +31,8 @@ class AttachedDeformableWorld::NodesPutBack {
         node.m_x = has_moved_ ? node.m_q : end;
         node.m_vn = node.m_v;
       }
-      for (int a = 0; a < body.m_deformableAnchors.size(); ++a) {
-        btSoftBody::Node& node = *body.m_deformableAnchors[a].m_node;
+      for (const btSoftBody::DeformableNodeRigidAnchor& anchor : span_of(body.m_deformableAnchors)) {
+        btSoftBody::Node& node = *anchor.m_node;
         node.m_x = way.ends[static_cast<std::size_t>(&node - &body.m_nodes[0])];
       }
     }
@@ -121,9 +121,8 @@ void AttachedDeformableWorld::keep_starts() {
   queries().crossings.run([&](CrossingPrevention&) {
     for (btSoftBody* body : bodies()) {
       if (!queries().may_change(*body)) continue;
-      Way& way = ways_.emplace_back(Way{body, {}, {}});
-      for (int i = 0; i < body->m_nodes.size(); ++i) way.starts.push_back(body->m_nodes[i].m_x);
-      way.ends.resize(way.starts.size());
+      const std::vector<btVector3> starts = values_of(*body, &btSoftBody::Node::m_x);
+      ways_.push_back({body, starts, /*ends=*/starts});
     }
   });
 }
@@ -147,7 +146,7 @@ void AttachedDeformableWorld::prevent_crossings(btScalar time_step) {
   ways_.erase(std::remove_if(ways_.begin(), ways_.end(), is_lost), ways_.end());
   const NodesPutBack put_back(ways_, has_integrated_);
   if (!put_back.has_moved()) return;
-  queries().resume_step(all);
+  queries().mirror.resume_step(all);
   step().prevent_crossings(time_step);
 }
 

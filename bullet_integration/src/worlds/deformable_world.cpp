@@ -2,6 +2,7 @@
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "BulletSoftBody/btDeformableBodySolver.h"
+#include "native/at_end.hpp"
 #include "worlds/step_driver.hpp"
 
 namespace softcd::bullet {
@@ -32,7 +33,8 @@ void DeformableWorld::rayTest(const btVector3& from, const btVector3& to, RayRes
 // Follows Bullet's internalSingleStepSimulation.
 void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   const DeformableStep step(*this, getSoftBodyArray(), *detection_.queries_);
-  const NodesInMotion in_motion(step.queries.rays);
+  step.queries.rays.begin_motion();
+  const AtEnd motion_ends([&step] { step.queries.rays.end_motion(); });
   step.begin();
   if (m_internalPreTickCallback != nullptr) m_internalPreTickCallback(this, time_step);
   reinitialize(time_step);

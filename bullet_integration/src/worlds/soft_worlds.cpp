@@ -1,5 +1,6 @@
 #include "softcd/bullet/soft_worlds.hpp"
 
+#include "native/at_end.hpp"
 #include "softcd/bullet/dispatcher.hpp"
 #include "worlds/step_driver.hpp"
 
@@ -69,7 +70,8 @@ void SoftWorld<BulletWorld>::rayTest(const btVector3& from, const btVector3& to,
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::internalSingleStepSimulation(btScalar time_step) {
   const ClassicStep step(*this, this->getSoftBodyArray(), *detection_->queries_);
-  const NodesInMotion in_motion(step.queries.rays);
+  step.queries.rays.begin_motion();
+  const AtEnd motion_ends([&step] { step.queries.rays.end_motion(); });
   step.begin();
   BulletWorld::internalSingleStepSimulation(time_step);
   step.end(time_step);

@@ -39,13 +39,13 @@ void ClassicStep::process_late() const {
 
 /// Bullet has already moved rigid bodies.
 void ClassicStep::before_solver() const {
-  queries.keep_velocities();
+  queries.late_impulses.keep_velocities();
   queries.read_out.replay_solver(bodies());
 }
 
 void ClassicStep::end(btScalar time_step) const {
   queries.read_out.confirm_replay(bodies());
-  queries.answer_late(objects(), time_step);
+  queries.late_impulses.answer(objects(), time_step, queries.read_out.replayed_impulses());
   queries.read_out.take_replayed_impulses();
   queries.prevent_crossings(bodies(), objects(), gate(), time_step);
   queries.read_out.finish(broadphase());

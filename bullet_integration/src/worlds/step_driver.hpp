@@ -1,6 +1,7 @@
 #pragma once
 
 #include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
+#include "native/at_end.hpp"
 #include "native/native_trees.hpp"
 #include "worlds/world_queries.hpp"
 
@@ -83,7 +84,8 @@ class DeformableStep : public StepDriver {
     for_each_near_rigid(gate().pair_cache(), refit_deformable_trees);
     process_late();
     queries.process_rigid_pairs(gate(), [&] {
-      const VertexFaceTestsOff off(bodies());
+      turn_vertex_face_tests_off(bodies());
+      const AtEnd dispatched([this] { turn_vertex_face_tests_on(bodies()); });
       process_natively();
     });
   }
