@@ -34,7 +34,9 @@ function(softcd_target_options target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 0 UNITY_BUILD_CODE_BEFORE_INCLUDE
                                              "// NOLINTNEXTLINE(bugprone-suspicious-include)")
   if(MSVC)
-    target_compile_definitions(${target} PRIVATE NOMINMAX _USE_MATH_DEFINES _CRT_SECURE_NO_WARNINGS)
+    # Without the last one, std::stable_sort refuses types that hold Bullet's vectors, which are aligned to 16 bytes.
+    target_compile_definitions(${target} PRIVATE NOMINMAX _USE_MATH_DEFINES _CRT_SECURE_NO_WARNINGS
+                                                 _ENABLE_EXTENDED_ALIGNED_STORAGE)
     target_compile_options(${target} PRIVATE
       $<$<COMPILE_LANGUAGE:CXX>:/fp:precise /permissive- /Zc:__cplusplus /utf-8 /bigobj /W3>)
     return()

@@ -4,7 +4,7 @@ set -euo pipefail
 
 usage() {
   cat <<'TEXT'
-usage: packaging/release.sh [--against FOLDER]
+usage: packaging/release.sh [--check | --against FOLDER]
 
 Builds from a clean clone into build/release:
 - the sources, softcd-VERSION-source.tar.gz, with the tests, and those of the Python package;
@@ -13,8 +13,13 @@ Builds from a clean clone into build/release:
 - the binary interface of the shared libraries (packaging/abi.sh);
 - softcd-VERSION.cdx.json, which lists what each file contains of others; SHA256SUMS.
 
-Fails where the clone has changes that are not committed, or where files name different versions.
+Fails where:
+- the clone has changes that are not committed;
+- files name different versions, or CHANGELOG.md and CITATION.cff different dates;
+- the commit has a tag of another version, or CHANGELOG.md has no date for the tagged version. Without a tag the files are
+  a rehearsal.
 
+  --check            compares versions and dates, and builds nothing
   --against FOLDER   compares the binary interface with that of the last release, whose files are in FOLDER
 
   SOFTCD_CUDA, CUDAARCHS, PYTHONS, SOFTCD_JOBS   see packaging/wheels.sh --help
@@ -27,8 +32,10 @@ fail() {
 }
 
 against=()
+check=off
 case "${1:-}" in
   -h | --help) usage && exit 0 ;;
+  --check) check=on ;;
   --against) against=(--against "$(realpath "${2:?a folder}")") ;;
   '') ;;
   *) usage >&2 && exit 2 ;;
@@ -42,8 +49,31 @@ version=$(sed -n 's/#define SOFTCD_VERSION_STRING "\(.*\)"/\1/p' kernels/include
 # Fails where the file $1 does not have a line that matches $2.
 names_version() { grep -qE "$2" "$1" || fail "$1 does not name version $version, as version.hpp does"; }
 
+# Prints the version's date in CHANGELOG.md, which CITATION.cff has to have, too. Prints nothing if there is none.
+release_date() {
+  local date
+  date=$(sed -nE "s/^## ${version//./\\.}, ([0-9]{4}-[0-9]{2}-[0-9]{2})\$/\1/p" CHANGELOG.md)
+  if [ -n "$date" ]; then
+    grep -qx "date-released: $date" CITATION.cff || fail "CITATION.cff lacks the line 'date-released: $date', CHANGELOG.md's date"
+  fi
+  printf '%s' "$date"
+}
+
+# PyPI takes a version once, and .github/workflows/wheels.yml publishes what is tagged.
+check_tag() {
+  local date tags
+  date=$(release_date)
+  tags=$(git tag --points-at HEAD 'v*')
+  if [ -z "$tags" ]; then
+    if [ "$check" = off ]; then echo "softcd: this commit has no tag v$version, so its files are a rehearsal" >&2; fi
+  elif [ "$tags" != "v$version" ]; then
+    fail "the tag of this commit is ${tags//$'\n'/ }, and its version $version"
+  elif [ -z "$date" ]; then
+    fail "v$version has no date: write '## $version, $(date +%F)' into CHANGELOG.md, commit, and tag that commit instead"
+  fi
+}
+
 check_sources() {
-  [ -z "$(git status --porcelain)" ] || fail "there are changes that are not committed: git status names them"
   local escaped=${version//./\\.}
   names_version CHANGELOG.md "^## $escaped\b"
   names_version CITATION.cff "^version: $escaped\$"
@@ -68,6 +98,9 @@ nanobind_of_wheels() {
 }
 
 check_sources
+check_tag
+if [ "$check" = on ]; then exit; fi
+[ -z "$(git status --porcelain)" ] || fail "there are changes that are not committed: git status names them"
 rm -rf "$release"
 mkdir -p "$release"
 git archive --format=tar --prefix="softcd-$version/" HEAD | gzip -9n >"$release/softcd-$version-source.tar.gz"
@@ -86,6 +119,4 @@ bill=$(python3 packaging/sbom.py "$release" --cuda "$(cuda_of_wheels)" --nanobin
 printf '%s\n' "$bill" >"$release/softcd-$version.cdx.json"
 (cd "$release" && sha256sum -- * >SHA256SUMS.part && mv SHA256SUMS.part SHA256SUMS && sha256sum --quiet --check SHA256SUMS)
 ls -l "$release"
-if grep -q "^## ${version//./\\.}.*not released" CHANGELOG.md; then
-  echo "softcd: CHANGELOG.md says that $version is not released yet: date it before you tag it"
-fi
+check_tag

@@ -110,7 +110,7 @@ class RigidParts {
     return std::binary_search(wanted_.begin(), wanted_.end(), std::pair(a.value, b.value));
   }
   /// Returns the pairs that are to be tested.
-  Span<const NearRigidPart> near() const { return {near_.data(), near_.size()}; }
+  Span<const NearRigidPart> near_parts() const { return {near_.data(), near_.size()}; }
 
  private:
   void put_in_scene(Part& part, bool has_edges, bool is_new, bool has_changed) {

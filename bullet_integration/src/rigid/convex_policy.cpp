@@ -61,12 +61,12 @@ void ConvexPolicy::require(const RigidKey& key, Span<const RigidPair> pairs, btS
   any_simple_shape(*object.getCollisionShape(), btTransform::getIdentity(), require);
 }
 
-void ConvexPolicy::begin_contacts(Span<const NearRigidPart> near, const TangledNodes* /*released*/) {
+void ConvexPolicy::begin_contacts(Span<const NearRigidPart> near_parts, const TangledNodes* /*released*/) {
   known_.clear();
   meetings_.clear();
   native_.clear();
   std::set<const btSoftBody*> read;
-  for (const NearRigidPart& each : near) {
+  for (const NearRigidPart& each : near_parts) {
     if (read.insert(each.soft).second) native_.read(*each.soft);
   }
 }

@@ -32,7 +32,7 @@ class ConvexPolicy {
   /// Reads the object's shapes. They are identified by their number among the simple shapes of the object's compounds.
   void require(const RigidKey& key, Span<const RigidPair> pairs, btScalar time_step, const ReadsWhole& reads_whole,
                RigidParts<ConvexCore>& parts);
-  void begin_contacts(Span<const NearRigidPart> near, const TangledNodes* released);
+  void begin_contacts(Span<const NearRigidPart> near_parts, const TangledNodes* released);
   void take(const ShapeContact& found);
   void end_contacts() {}
   void before_writing() { native_.remove_doubted(); }

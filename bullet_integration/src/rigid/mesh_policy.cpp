@@ -63,7 +63,7 @@ void MeshPolicy::require(const RigidKey& key, Span<const RigidPair> pairs, btSca
   for (const RigidPair& pair : pairs) parts.want(mesh, *pair.soft, mirror_.member(*pair.soft).id);
 }
 
-void MeshPolicy::begin_contacts(Span<const NearRigidPart> /*near*/, const TangledNodes* released) {
+void MeshPolicy::begin_contacts(Span<const NearRigidPart> /*near_parts*/, const TangledNodes* released) {
   released_ = released;
   tests_edges_ = options(kind_, settings_).features.edge_edge;
   corner_touches_.clear();

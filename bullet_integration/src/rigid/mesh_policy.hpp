@@ -31,7 +31,7 @@ class MeshPolicy {
   /// Reads the mesh of these pairs. Reads it wholly if `reads_whole` returns true for one of them.
   void require(const RigidKey& key, Span<const RigidPair> pairs, btScalar time_step, const ReadsWhole& reads_whole,
                RigidParts<RigidMesh>& parts);
-  void begin_contacts(Span<const NearRigidPart> near, const TangledNodes* released);
+  void begin_contacts(Span<const NearRigidPart> near_parts, const TangledNodes* released);
   void take(const MeshContact& found);
   void end_contacts();
   void before_writing() {}

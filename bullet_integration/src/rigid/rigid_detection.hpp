@@ -101,15 +101,15 @@ class RigidDetection {
     parts_.end_step();
   }
   /// Returns the parts of the last read() with the soft bodies that may touch them.
-  Span<const NearRigidPart> near_parts() const { return parts_.near(); }
+  Span<const NearRigidPart> near_parts() const { return parts_.near_parts(); }
 
   /// Appends the contacts of these parts to the bodies' m_rcontacts (with SDF_RS), or to m_nodeRigidContacts and
   /// m_faceRigidContacts (with SDF_RD). Leaves out `released` nodes; null if there are none.
   void find_contacts(const TangledNodes* released) {
     touches_.forget_notes();
     touches_.clear();
-    policy_.begin_contacts(parts_.near(), released);
-    if (parts_.near().size() == 0) return;
+    policy_.begin_contacts(parts_.near_parts(), released);
+    if (parts_.near_parts().size() == 0) return;
     for (const Contact& contact : query_.detect()) {
       const auto* const part_a = parts_.find(contact.body_a);
       const auto& part = part_a != nullptr ? *part_a : *parts_.find(contact.body_b);
