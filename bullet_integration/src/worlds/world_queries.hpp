@@ -109,7 +109,7 @@ class WorldQueries {
   Guarded<ConvexDetection> convex_shapes;
   WorldReadOut read_out;
   WorldRays rays;
-  LateImpulses late_impulses;
+  LateImpulses late_impulses;  ///< used in classic worlds
   /// Returns the world's broad phase, or null if that is gone.
   std::function<btBroadphaseInterface*()> broadphase = [] { return nullptr; };
   /// Whether the present step will call prevent_crossings(). A world that leaves its contacts to a Dispatcher sets it
