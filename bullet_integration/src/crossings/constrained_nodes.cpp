@@ -1,6 +1,6 @@
 #include "crossings/constrained_nodes.hpp"
 
-#include "native/arrays.hpp"
+#include "bodies/node_ends.hpp"
 
 namespace softcd::bullet {
 namespace {
