@@ -12,7 +12,7 @@ each fault with the test that caught it, the share that was caught, and the faul
 are any. Results are kept in build/planted_faults/results.json, and programs that caught a fault last time are tried first.
 
   --proofs            plants those of tests/proofs/faults.txt, and runs the proofs instead of the tests
-  --jobs N            how many faults at once; 1 where none is named
+  --jobs N            how many faults at once, each on an equal share of the cores; 1 where none is named
   --only PATTERN      only faults whose number, file or description matches this regular expression
   --programs PATTERN  only test programs whose name matches this one
   --list              prints the faults, builds and runs nothing

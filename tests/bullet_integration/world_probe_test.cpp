@@ -156,6 +156,15 @@ TEST_P(WorldProbes, follow_what_apps_do_to_bodies) {
   EXPECT_EQ(count(), 0U);
   for (int i = 0; i < b.m_nodes.size(); ++i) b.m_nodes[i].m_x -= btVector3(1, 0, 0);
   EXPECT_EQ(count(), brute_force(a, b, 0).size());
+  for (int f = b.m_faces.size() - 1; f >= 0; --f) {
+    const auto& corners = b.m_faces[f].m_n;
+    if (std::find(std::begin(corners), std::end(corners), &b.m_nodes[0]) == std::end(corners)) continue;
+    b.m_faces.swap(f, b.m_faces.size() - 1);
+    b.m_faces.pop_back();
+  }
+  Listener without_node;
+  probe.contact_test(a, without_node);
+  EXPECT_EQ(without_node.features(), brute_force(a, b, 0)) << "edges have new numbers";
   b.m_faces.resize(3);
   EXPECT_EQ(count(), brute_force(a, b, 0).size());
   Listener unwanted;

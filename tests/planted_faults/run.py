@@ -2,9 +2,11 @@
 
 import argparse
 import concurrent.futures
+import functools
 import json
 import os
 import pathlib
+import queue
 import re
 import resource
 import shutil
@@ -28,6 +30,7 @@ HEADER = "kernels/include/softcd/planted_fault.hpp"
 # The labels that the stages `proofs` and `tests` of .ci/run choose by.
 CHOSEN = ["-L", "proof"] if PROOFS else ["-LE", "repetition|slow|gpu|proof"]
 os.environ["SOFTCD_FEW_WORLDS"] = "1"  # as the stage `tests`
+SHARES = queue.Queue()  # of the cores, one for each job: threads of two programs on one core would wait for each other
 MEMORY = 8 << 30  # bytes of addresses that a test may have; a fault can make lists grow without end
 
 # A constant expression has no fault. The variable is 0 until it is initialized.
@@ -154,11 +157,13 @@ class Program:
 
     def run(self, number):
         """Runs it with a fault, or none for 0. Returns None where it passes, else what failed, and its seconds."""
+        cores = SHARES.get()
         begin = time.monotonic()
         with tempfile.TemporaryDirectory(dir=WORK) as folder, tempfile.TemporaryFile() as output:
             environment = {**os.environ, **self.environment, "SOFTCD_FAULT": str(number), "GTEST_FAIL_FAST": "1", "TMPDIR": folder}
             process = subprocess.Popen(self.command, cwd=folder, env=environment, stdout=output, stderr=subprocess.STDOUT,
-                                       stdin=subprocess.DEVNULL, start_new_session=True, preexec_fn=limit_memory)
+                                       stdin=subprocess.DEVNULL, start_new_session=True,
+                                       preexec_fn=functools.partial(limit, cores))
             try:
                 code = process.wait(self.limit or 1800)
             except subprocess.TimeoutExpired:
@@ -170,6 +175,7 @@ class Program:
             process.wait()
             output.seek(0)
             text = output.read().decode(errors="replace")
+        SHARES.put(cores)
         return self.judge(code, text), time.monotonic() - begin
 
     def judge(self, code, text):
@@ -184,7 +190,8 @@ class Program:
         return f"{self.name} {test}".strip() + how
 
 
-def limit_memory():
+def limit(cores):
+    os.sched_setaffinity(0, cores)
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
@@ -222,10 +229,14 @@ def main():
     known = json.loads(RESULTS.read_text()) if RESULTS.exists() else {"seconds": {}, "caught": {}}
     for program in programs:
         program.seconds = known["seconds"].get(program.name, 0.0)
-        if program.seconds == 0.0:
-            program.try_without_fault()
-            print(f"without a fault {program.name} passes in {program.seconds:.1f} s", flush=True)
+    cores = sorted(os.sched_getaffinity(0))
+    for job in range(arguments.jobs):
+        SHARES.put(cores[job % len(cores) :: arguments.jobs])
     lock = threading.Lock()
+
+    def try_new(program):
+        program.try_without_fault()
+        print(f"without a fault {program.name} passes in {program.seconds:.1f} s", flush=True)
 
     def attack(fault):
         failure, begin = None, time.monotonic()
@@ -244,6 +255,7 @@ def main():
 
     begin = time.monotonic()
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        list(pool.map(try_new, [program for program in programs if program.seconds == 0.0]))
         survived = [fault for fault, survives in zip(chosen, pool.map(attack, chosen)) if survives]
     print(f"\n{len(chosen) - len(survived)} of {len(chosen)} faults are caught, in {time.monotonic() - begin:.0f} s")
     for layer in ("kernels", "plugin", "bullet_integration"):

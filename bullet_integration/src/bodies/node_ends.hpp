@@ -23,6 +23,8 @@ inline constexpr NodeEnds kClassicEnds = {btSoftBody::fCollision::VF_SS, &btSoft
 /// btDeformableMultiBodyDynamicsWorld. It detects contacts before the nodes move.
 inline constexpr NodeEnds kDeformableEnds = {btSoftBody::fCollision::VF_DD, &btSoftBody::Node::m_x,
                                              &btSoftBody::Node::m_q};
+/// Bodies outside of a step, where they are. Selects none.
+inline constexpr NodeEnds kPresentEnds = {0, &btSoftBody::Node::m_x, &btSoftBody::Node::m_x};
 
 /// Returns the member with the nodes' positions at the start of the step. Sleeping bodies have no prediction: their m_q
 /// has no meaning.

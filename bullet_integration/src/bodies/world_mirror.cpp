@@ -223,7 +223,8 @@ void WorldMirror::update_mesh(Member& member, const BodySettings& settings) {
   const BodyDesc desc = desc_of(mesh, settings);
   const std::vector<std::uint32_t> changed = changed_triangles(member.mesh, mesh);
   const std::size_t added = mesh.triangles.size() - std::min(mesh.triangles.size(), member.mesh.triangles.size());
-  if (changed.size() + added <= mesh.triangles.size() / kOneChangedIn) {
+  // Contact tests tell of edges by their numbers alone. So a probe's edges are numbered anew, by the rule in Contact.
+  if (!is_outside_steps() && changed.size() + added <= mesh.triangles.size() / kOneChangedIn) {
     scene_.update_body(member.id, desc, changed);
   } else {
     scene_.update_body(member.id, desc);
@@ -232,10 +233,12 @@ void WorldMirror::update_mesh(Member& member, const BodySettings& settings) {
   mesh.outward = outward_side(mesh, *member.body);
   member.mesh = std::move(mesh);
   member.filters = 0;
+  member.x.clear();
 }
 
 void WorldMirror::set_positions(Member& member, bool needs_way) {
   const btSoftBody& body = *member.body;
+  if (is_outside_steps() && !has_moved(member)) return;
   const NodePosition start = start_of(ends_, body);
   const NodePosition end = body.isActive() ? ends_.end : start;
   if (needs_way) {
@@ -244,6 +247,20 @@ void WorldMirror::set_positions(Member& member, bool needs_way) {
     scene_.set_positions(member.id, positions_of(body, start));
   }
   member.has_way = needs_way;
+}
+
+/// Compares the nodes' positions with those of the last call.
+bool WorldMirror::has_moved(Member& member) {
+  const auto count = static_cast<std::size_t>(member.body->m_nodes.size());
+  bool has_moved = member.x.size() != count;
+  member.x.resize(count);
+  int node = 0;
+  for (Vec3<btScalar>& x : member.x) {
+    const btVector3& now = member.body->m_nodes[node++].m_x;
+    const Vec3<btScalar> before = std::exchange(x, {now.x(), now.y(), now.z()});
+    has_moved |= !(before == x);
+  }
+  return has_moved;
 }
 
 void WorldMirror::update_way(Member& member) {

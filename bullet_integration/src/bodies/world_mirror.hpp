@@ -16,7 +16,8 @@ namespace softcd::bullet {
 
 /// A world's soft bodies, and the rigid parts near them, as a scene that all of the world's queries share. Once a step
 /// it notices what an app has done to them between two steps (adding, removing, deleting them, new faces, flags,
-/// margins). It has only bodies that a query needs.
+/// margins). It has only bodies that a query needs. A WorldProbe has a mirror with kPresentEnds, and resumes a step
+/// before each question.
 class WorldMirror {
  public:
   struct Member {
@@ -31,6 +32,7 @@ class WorldMirror {
     std::uint64_t last_compared = 0;  ///< the step, or 0 to compare again
     std::uint64_t last_step = 0;      ///< in which a query needed it
     bool has_way = false;             ///< whether the scene has both ends of this step
+    std::vector<Vec3<btScalar>> x;    ///< with kPresentEnds: as the scene has them
     bool is_in_world = false;
 
     /// Returns a face for Bullet's contacts at an edge that joins two nodes and is numbered as in Contact. The face is
@@ -104,6 +106,9 @@ class WorldMirror {
   void update_mesh(Member& member, const BodySettings& settings);
   void compare(Member& member) const;
   void set_positions(Member& member, bool needs_way);
+  /// Returns whether the mirror has kPresentEnds.
+  bool is_outside_steps() const { return ends_.start == ends_.end; }
+  static bool has_moved(Member& member);
   template <class Predicate>
   void keep(Span<btSoftBody* const> bodies, Predicate is_kept) noexcept;
 

@@ -60,8 +60,8 @@ void tell(const ReportedSide& a, const ReportedSide& b, Vec3d normal, double dis
 struct Part {
   BodyId id;
   btCollisionObject* object;
-  const SoftBodyScene::Member* soft;  ///< null for a rigid part
-  const RigidSurface* surface;        ///< null for a soft body
+  const WorldMirror::Member* soft;  ///< null for a rigid part
+  const RigidSurface* surface;      ///< null for a soft body
 
   Vec3d vertex(std::uint32_t v) const {
     return soft != nullptr ? to_doubles(soft->body->m_nodes[static_cast<int>(v)].m_x) : surface->x()[v];
@@ -73,7 +73,7 @@ struct Part {
 
 class ContactTest {
  public:
-  ContactTest(SoftBodyScene& bodies, btCollisionObject& object, ContactCallback& callback)
+  ContactTest(WorldMirror& bodies, btCollisionObject& object, ContactCallback& callback)
       : bodies_(bodies), object_(object), callback_(callback), threshold_(callback.m_closestDistanceThreshold) {}
   ~ContactTest() {
     for (const Part& part : parts_) {
@@ -94,7 +94,7 @@ class ContactTest {
   void report_nodes_inside(const Part& soft, const Part& rigid);
   void tell_in_order(const ReportedSide& a, const ReportedSide& b, Vec3d normal, double distance);
 
-  SoftBodyScene& bodies_;
+  WorldMirror& bodies_;
   btCollisionObject& object_;
   ContactCallback& callback_;
   btScalar threshold_;
@@ -135,7 +135,7 @@ void ContactTest::take(btCollisionObject& object, const Bounds& box) {
   Scene& scene = bodies_.scene();
   if (btSoftBody* const soft = btSoftBody::upcast(&object)) {
     if (soft->m_nodes.size() == 0) return;
-    const SoftBodyScene::Member& member = bodies_.update(*soft);
+    const WorldMirror::Member& member = bodies_.require(*soft, /*needs_way=*/false);
     scene.set_settings(member.id, settings_of(object, soft->getCollisionShape()->getMargin()));
     parts_.push_back({member.id, &object, &member, nullptr});
     return;
@@ -246,7 +246,7 @@ void ContactTest::tell_in_order(const ReportedSide& a, const ReportedSide& b, Ve
 
 }  // namespace
 
-void test_contacts(SoftBodyScene& bodies, btCollisionObject& object, const std::vector<btCollisionObject*>& others,
+void test_contacts(WorldMirror& bodies, btCollisionObject& object, const std::vector<btCollisionObject*>& others,
                    btCollisionWorld::ContactResultCallback& callback) {
   ContactTest(bodies, object, callback).run(others);
 }

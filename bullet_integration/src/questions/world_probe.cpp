@@ -50,20 +50,22 @@ struct WorldProbe::Implementation {
         rays(dynamic_cast<btDeformableMultiBodyDynamicsWorld*>(&asked) != nullptr ? RayTargets::faces
                                                                                   : RayTargets::faces_and_tetrahedra,
              settings),
-        bodies(settings.log),
+        bodies(kPresentEnds, settings),
         probe(bodies.scene()) {}
 
   static Settings settings_with(LogCallback log) {
     Settings settings;
     settings.log = std::move(log);
     settings.on_error = OnError::throw_error;
+    settings.backend = Backend::cpu;
+    settings.self_collision = SelfCollision::none;
+    settings.rigid_meshes = false;
     return settings;
   }
 
   void test(btCollisionObject& object, const std::vector<btCollisionObject*>& others,
             btCollisionWorld::ContactResultCallback& callback) {
-    const std::vector<btSoftBody*> all = all_soft_bodies();
-    bodies.keep(all);
+    bodies.resume_step(all_soft_bodies());
     test_contacts(bodies, object, others, callback);
   }
 
@@ -78,7 +80,7 @@ struct WorldProbe::Implementation {
   btCollisionWorld& world;
   Settings settings;
   WorldRays rays;
-  SoftBodyScene bodies;
+  WorldMirror bodies;
   Probe probe;
 };
 
@@ -90,32 +92,26 @@ WorldProbe& WorldProbe::operator=(WorldProbe&&) noexcept = default;
 
 Probe& WorldProbe::soft_bodies() {
   const std::vector<btSoftBody*> all = implementation_->all_soft_bodies();
-  for (btSoftBody* body : all) implementation_->bodies.update(*body);
-  // All of the world's bodies are known now. Any others have left the world.
-  implementation_->bodies.keep(all);
+  implementation_->bodies.resume_step(all);
+  for (btSoftBody* body : all) implementation_->bodies.require(*body, /*needs_way=*/false);
   return implementation_->probe;
 }
 
 BodyId WorldProbe::body_id(const btSoftBody& body) const {
-  const SoftBodyScene::Member* const member = implementation_->bodies.find(body);
-  if (member == nullptr) {
+  if (!implementation_->bodies.has(body)) {
     throw InvalidInput("a soft body was not in the world when soft_bodies() was called last; call it again.");
   }
-  return member->id;
+  return implementation_->bodies.member(body).id;
 }
 
 btSoftBody* WorldProbe::soft_body(BodyId body) const {
-  const SoftBodyScene::Member* const member = implementation_->bodies.find(body);
+  const WorldMirror::Member* const member = implementation_->bodies.find(body);
   return member != nullptr ? member->body : nullptr;
 }
 
 void WorldProbe::ray_test(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback) {
-  const auto test_natively = [&](btCollisionObject& object, const btTransform& begin, const btTransform& end) {
-    btSoftRigidDynamicsWorld::rayTestSingle(begin, end, &object, object.getCollisionShape(), object.getWorldTransform(),
-                                            callback);
-  };
   implementation_->rays.test(*implementation_->world.getBroadphase(), implementation_->all_soft_bodies(), from, to,
-                             callback, test_natively);
+                             callback, btSoftRigidDynamicsWorld::rayTestSingle);
 }
 
 void WorldProbe::contact_test(btCollisionObject& object, btCollisionWorld::ContactResultCallback& callback) {

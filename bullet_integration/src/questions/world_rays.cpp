@@ -48,10 +48,6 @@ class NearRay final : public btBroadphaseRayCallback {
   std::pmr::vector<btCollisionObject*> others_;
 };
 
-btTransform at(const btVector3& origin) {
-  return btTransform(btQuaternion::getIdentity(), origin);
-}
-
 /// Returns the segment without its ends.
 Ray open_segment(const btVector3& from, const btVector3& to) {
   Ray ray = segment(to_doubles(from), to_doubles(to));
@@ -69,9 +65,12 @@ void WorldRays::test(btBroadphaseInterface& broadphase, Span<btSoftBody* const> 
   std::pmr::monotonic_buffer_resource memory(buffer.data(), buffer.size());
   NearRay nearby(from, to, callback, memory);
   broadphase.rayTest(from, to, nearby);
+  const btTransform begin(btQuaternion::getIdentity(), from);
+  const btTransform end(btQuaternion::getIdentity(), to);
   const auto test_object = [&](btCollisionObject& object) {
     // No hit is nearer than 0.
-    if (callback.m_closestHitFraction != 0) test_natively(object, at(from), at(to));
+    if (callback.m_closestHitFraction == 0) return;
+    test_natively(begin, end, &object, object.getCollisionShape(), object.getWorldTransform(), callback);
   };
   for (btCollisionObject* object : nearby.others()) test_object(*object);
   if (nearby.soft().empty()) return;
@@ -103,7 +102,7 @@ bool WorldRays::find_hits(Span<btSoftBody* const> nearby, Span<btSoftBody* const
 bool WorldRays::find_hits_as_read(Span<btSoftBody* const> nearby, const Ray& ray, bool is_read_now, Hits& hits) const {
   hits.clear();
   for (btSoftBody* body : nearby) {
-    const auto found = members_.find(body);
+    const auto found = members_.find(BodyKey(*body));
     if (!is_read_now && (found == members_.end() || !is_as_read(found->second, *body))) return false;
     const RayMesh& mesh = found->second.mesh;
     const RayHit hit = mesh.first_hit(ray);
@@ -117,20 +116,19 @@ bool WorldRays::find_hits_as_read(Span<btSoftBody* const> nearby, const Ray& ray
 
 bool WorldRays::is_as_read(const Member& member, const btSoftBody& body) const {
   if (may_move_) return member.mesh.is_up_to_date(body);
-  return member.revision == revision_ && member.proxy_id == body.getBroadphaseHandle()->m_uniqueId &&
-         member.mesh.seems_up_to_date(body);
+  return member.revision == revision_ && member.mesh.seems_up_to_date(body);
 }
 
 void WorldRays::read(Span<btSoftBody* const> nearby, Span<btSoftBody* const> all) {
   if (members_.size() > all.size()) {
-    std::erase_if(members_,
-                  [&](const auto& member) { return std::find(all.begin(), all.end(), member.first) == all.end(); });
+    std::erase_if(members_, [&](const auto& member) {
+      return std::none_of(all.begin(), all.end(), [&](const auto* body) { return BodyKey(*body) == member.first; });
+    });
   }
   for (const btSoftBody* body : nearby) {
-    Member& member = members_.try_emplace(body, Member{RayMesh(targets_)}).first->second;
+    Member& member = members_.try_emplace(BodyKey(*body), Member{RayMesh(targets_)}).first->second;
     member.mesh.update(*body);
     member.revision = revision_;
-    member.proxy_id = body->getBroadphaseHandle()->m_uniqueId;
   }
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "BulletCollision/CollisionDispatch/btCollisionWorld.h"
+#include "bodies/body_key.hpp"
 #include "bodies/guarded.hpp"
 #include "questions/ray_mesh.hpp"
 
@@ -37,8 +38,8 @@ class WorldRays {
   /// Makes the next ray read bodies again, after the app has moved nodes or changed triangles.
   void forget_positions() { ++revision_; }
 
-  /// Tests one object by Bullet's own function.
-  using NativeTest = std::function<void(btCollisionObject&, const btTransform& from, const btTransform& to)>;
+  /// A world's rayTestSingle(), Bullet's own test of one object.
+  using NativeTest = std::function<decltype(btCollisionWorld::rayTestSingle)>;
 
   /// Does btCollisionWorld::rayTest for a world with these soft bodies. For each soft body the callback gets the first
   /// face that the ray hits: part 0, triangle index as in m_faces (or m_tetras), normal towards the ray's origin. Other
@@ -57,7 +58,6 @@ class WorldRays {
   struct Member {
     RayMesh mesh;
     std::uint64_t revision = 0;  ///< when it was last read
-    int proxy_id = 0;            ///< of its broad-phase proxy then; a later body at its address has another
   };
 
   /// Returns false if softcd has failed and the settings say to continue.
@@ -73,8 +73,8 @@ class WorldRays {
   const Settings& settings_;
   bool may_move_ = true;
   std::uint64_t revision_ = 1;
-  std::unordered_map<const btSoftBody*, Member> members_;  ///< bodies that rays have come near
-  std::shared_mutex mutex_;                                ///< protects the members and failures
+  std::unordered_map<BodyKey, Member, BodyKeyHash> members_;  ///< bodies that rays have come near
+  std::shared_mutex mutex_;                                   ///< protects the members and failures
   Failures failures_{"the ray test is Bullet's own"};
 };
 

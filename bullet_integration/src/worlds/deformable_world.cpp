@@ -25,11 +25,8 @@ void DeformableWorld::performDiscreteCollisionDetection() {
 }
 
 void DeformableWorld::rayTest(const btVector3& from, const btVector3& to, RayResultCallback& callback) const {
-  const auto test_natively = [&](btCollisionObject& object, const btTransform& begin, const btTransform& end) {
-    rayTestSingle(begin, end, &object, object.getCollisionShape(), object.getWorldTransform(), callback);
-  };
   detection_.queries_->rays.test(*m_broadphasePairCache, span_of(getSoftBodyArray()), from, to, callback,
-                                 test_natively);
+                                 [this](auto&&... of_object) { rayTestSingle(of_object...); });
 }
 
 void DeformableWorld::predict(btScalar time_step) {

@@ -68,11 +68,8 @@ void SoftWorld<BulletWorld>::performDiscreteCollisionDetection() {
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::rayTest(const btVector3& from, const btVector3& to,
                                      btCollisionWorld::RayResultCallback& callback) const {
-  const auto test_natively = [&](btCollisionObject& object, const btTransform& begin, const btTransform& end) {
-    BulletWorld::rayTestSingle(begin, end, &object, object.getCollisionShape(), object.getWorldTransform(), callback);
-  };
   detection_->queries_->rays.test(*this->m_broadphasePairCache, span_of(this->getSoftBodyArray()), from, to, callback,
-                                  test_natively);
+                                  BulletWorld::rayTestSingle);
 }
 
 template <class BulletWorld>

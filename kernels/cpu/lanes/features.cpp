@@ -239,12 +239,6 @@ HWY_INLINE Mask certainly_apart_in_a_direction(const RelativePair& t0, const Rel
   }
 }
 
-HWY_INLINE std::uint64_t bits_of(Mask mask) {
-  std::uint8_t bits[8] = {};
-  hn::StoreMaskBits(Floats(), mask, bits);
-  return bits[0] | (std::uint64_t{bits[1]} << 8);
-}
-
 /// Returns one member of as many candidates as registers have lanes.
 HWY_INLINE Float members(float FeatureReach::*member, const FeatureCandidate* candidates) {
   alignas(64) float values[kLanes];

@@ -12,6 +12,7 @@
 
 #include <cfloat>
 #include <cstddef>
+#include <cstdint>
 
 #include "softcd/core/types.hpp"
 #include "softcd/math/scalar.hpp"
@@ -54,6 +55,13 @@ HWY_INLINE Float outward_down(Float x) {
 }
 HWY_INLINE Float outward_up(Float x) {
   return hn::Add(x, outward_by(x));
+}
+
+/// Returns the lanes of the mask as bits.
+HWY_INLINE std::uint64_t bits_of(Mask mask) {
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(Floats(), mask, bits);
+  return bits[0] | (std::uint64_t{bits[1]} << 8);
 }
 
 struct Vector {

@@ -1,6 +1,7 @@
 #include "lanes/volumes.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "lanes/targets.hpp"
 
@@ -25,13 +26,27 @@ void bound_range(const BoundTriangle& bound, std::uint32_t begin, std::uint32_t 
 /// The volumes of as many triangles as registers have lanes: the lower bounds along all axes, then the upper ones.
 struct Volumes {
   Float of[2 * kKdopAxes];
+};
 
-  HWY_INLINE Float& lo(int axis) { return of[axis]; }
-  HWY_INLINE Float& hi(int axis) { return of[kKdopAxes + axis]; }
-  HWY_INLINE const Float& lo(int axis) const { return of[axis]; }
-  HWY_INLINE const Float& hi(int axis) const { return of[kKdopAxes + axis]; }
+/// The bounds of triangles along one axis.
+struct Interval {
+  Float lo, hi;
+};
 
-  HWY_INLINE Vector diagonal() const { return {hn::Sub(hi(0), lo(0)), hn::Sub(hi(1), lo(1)), hn::Sub(hi(2), lo(2))}; }
+/// The bounds of triangles along x, y and z.
+struct Boxes {
+  Interval along[3];
+
+  HWY_INLINE Vector diagonal() const {
+    return {hn::Sub(along[0].hi, along[0].lo), hn::Sub(along[1].hi, along[1].lo), hn::Sub(along[2].hi, along[2].lo)};
+  }
+  HWY_INLINE Float furthest_coordinate() const {
+    Float furthest = hn::Zero(Floats());
+    for (const Interval& interval : along) {
+      furthest = larger(furthest, larger(hn::Abs(interval.lo), hn::Abs(interval.hi)));
+    }
+    return furthest;
+  }
 };
 
 /// The corners of as many triangles as registers have lanes.
@@ -49,52 +64,50 @@ struct Corners {
 };
 
 template <int kAxis>
-HWY_INLINE Float lowest(const Corners& corners) {
-  return smaller(smaller(project<kAxis>(corners.of[0]), project<kAxis>(corners.of[1])), project<kAxis>(corners.of[2]));
-}
-template <int kAxis>
-HWY_INLINE Float highest(const Corners& corners) {
-  return larger(larger(project<kAxis>(corners.of[0]), project<kAxis>(corners.of[1])), project<kAxis>(corners.of[2]));
-}
-
-HWY_INLINE Volumes volumes_of(const Corners& corners) {
-  return {{lowest<0>(corners), lowest<1>(corners), lowest<2>(corners), lowest<3>(corners), lowest<4>(corners),
-           lowest<5>(corners), lowest<6>(corners), lowest<7>(corners), lowest<8>(corners), highest<0>(corners),
-           highest<1>(corners), highest<2>(corners), highest<3>(corners), highest<4>(corners), highest<5>(corners),
-           highest<6>(corners), highest<7>(corners), highest<8>(corners)}};
+HWY_INLINE Interval interval(const Corners& corners) {
+  const Float a = project<kAxis>(corners.of[0]);
+  const Float b = project<kAxis>(corners.of[1]);
+  const Float c = project<kAxis>(corners.of[2]);
+  return {smaller(smaller(a, b), c), larger(larger(a, b), c)};
 }
 
-HWY_INLINE Float furthest_coordinates(const Volumes& volumes) {
-  Float furthest = hn::Zero(Floats());
-  for (int axis = 0; axis < 3; ++axis) {
-    furthest = larger(furthest, larger(hn::Abs(volumes.lo(axis)), hn::Abs(volumes.hi(axis))));
+HWY_INLINE Boxes boxes_of(const Corners& corners) {
+  return {{interval<0>(corners), interval<1>(corners), interval<2>(corners)}};
+}
+
+/// Grows volumes by balls, as softcd::inflate does. A radius of 0 changes nothing.
+class Growing {
+ public:
+  HWY_INLINE explicit Growing(Float radius)
+      : radius_(radius), grows_(hn::Gt(radius, hn::Zero(Floats()))), any_(!hn::AllFalse(Floats(), grows_)) {}
+
+  /// Returns the growth along x, y and z.
+  HWY_INLINE Float straight() const { return radius_; }
+  /// Returns the growth along the diagonals.
+  HWY_INLINE Float diagonal(const Boxes& boxes) const {
+    return hn::Add(outward_up(hn::Mul(radius_, all(1.41421357F))),
+                   hn::Mul(all(kCoordinateError), boxes.furthest_coordinate()));
   }
-  return furthest;
-}
-
-/// Grows volumes by balls of these radii. A radius of 0 changes nothing.
-HWY_INLINE void inflate(Volumes& volumes, Float radius) {
-  const Floats floats;
-  const Mask grows = hn::Gt(radius, hn::Zero(floats));
-  if (hn::AllFalse(floats, grows)) return;
-  const Float diagonal = hn::Add(outward_up(hn::Mul(radius, all(1.41421357F))),
-                                 hn::Mul(all(kCoordinateError), furthest_coordinates(volumes)));
-  for (int axis = 0; axis < kKdopAxes; ++axis) {
-    const Float growth = axis < 3 ? radius : diagonal;
-    Float& lo = volumes.lo(axis);
-    Float& hi = volumes.hi(axis);
-    lo = hn::IfThenElse(grows, outward_down(hn::Sub(lo, growth)), lo);
-    hi = hn::IfThenElse(grows, outward_up(hn::Add(hi, growth)), hi);
+  HWY_INLINE Interval grown(const Interval& interval, Float growth) const {
+    if (!any_) return interval;
+    return {hn::IfThenElse(grows_, outward_down(hn::Sub(interval.lo, growth)), interval.lo),
+            hn::IfThenElse(grows_, outward_up(hn::Add(interval.hi, growth)), interval.hi)};
   }
-}
-
-HWY_INLINE Volumes merged(const Volumes& a, const Volumes& b) {
-  Volumes both = a;
-  for (int axis = 0; axis < kKdopAxes; ++axis) {
-    both.lo(axis) = smaller(a.lo(axis), b.lo(axis));
-    both.hi(axis) = larger(a.hi(axis), b.hi(axis));
+  HWY_INLINE Boxes grown(const Boxes& boxes) const {
+    return {{grown(boxes.along[0], straight()), grown(boxes.along[1], straight()), grown(boxes.along[2], straight())}};
   }
-  return both;
+
+ private:
+  Float radius_;
+  Mask grows_;
+  bool any_;
+};
+
+HWY_INLINE Interval merged(const Interval& a, const Interval& b) {
+  return {smaller(a.lo, b.lo), larger(a.hi, b.hi)};
+}
+HWY_INLINE Boxes merged(const Boxes& a, const Boxes& b) {
+  return {{merged(a.along[0], b.along[0]), merged(a.along[1], b.along[1]), merged(a.along[2], b.along[2])}};
 }
 
 HWY_INLINE Float bounding_radius(const Vector& diagonal) {
@@ -129,11 +142,8 @@ HWY_INLINE void store(const Volumes& volumes, Kdop18* out) {
   }
 }
 
-HWY_INLINE void store(const Volumes& t0, const Volumes& t1, EndVolumes* out) {
-  for (int axis = 0; axis < kKdopAxes; ++axis) {
-    store_fours({{t0.lo(axis), t0.hi(axis), t1.lo(axis), t1.hi(axis)}},
-                [&](std::size_t t) { return &out[t].axes[axis].t0_lo; });
-  }
+HWY_INLINE void store(const Interval& t0, const Interval& t1, int axis, EndVolumes* out, std::uint32_t first) {
+  store_fours({{t0.lo, t0.hi, t1.lo, t1.hi}}, [&](std::size_t t) { return &out[first + t].axes[axis].t0_lo; });
 }
 
 /// Does the same as BoundTriangle::growth_of for triangles of one body whose positions are not rounded. Returns false
@@ -161,24 +171,48 @@ HWY_INLINE bool are_of_one_body(const SceneView& scene, std::uint32_t first) {
   return std::all_of(bodies, bodies + kLanes, [&](std::uint32_t body) { return body == bodies[0]; });
 }
 
-/// Returns the triangles whose volumes are out of the box.
-HWY_INLINE Mask are_out_of(const Box& box, const Volumes& volumes) {
+/// Returns the triangles whose boxes are out of the body's.
+HWY_INLINE Mask are_out_of(const Box& box, const Boxes& boxes) {
   const auto are_out_along = [&](int axis) {
-    return hn::Or(hn::Lt(all(box.hi[axis]), volumes.lo(axis)), hn::Lt(volumes.hi(axis), all(box.lo[axis])));
+    const Interval& interval = boxes.along[axis];
+    return hn::Or(hn::Lt(all(box.hi[axis]), interval.lo), hn::Lt(interval.hi, all(box.lo[axis])));
   };
   return hn::Or(hn::Or(are_out_along(0), are_out_along(1)), are_out_along(2));
 }
 
-/// Bounds as many triangles as registers have lanes. Returns false, and has done nothing, if they have to be bounded
-/// one by one.
+/// A register of triangles that are being bounded. Their corners at t0 count only if they are swept.
 template <bool kSwept>
-HWY_INLINE bool bound_register(const BoundTriangle& bound, std::uint32_t first) {
+struct BoundedRegister {
+  const Corners &t0, &t1;
+  const Growing& growing;
+  Float diagonal_t0, diagonal_t1;  ///< growths along the diagonals
+  EndVolumes* end_volumes;         ///< null unless swept
+  std::uint32_t first;
+  Volumes& volumes;
+
+  HWY_INLINE void bound_along(int axis, const Interval& at_t0, const Interval& at_t1) {
+    if constexpr (kSwept) store(at_t0, at_t1, axis, end_volumes, first);
+    const Interval both = kSwept ? merged(at_t0, at_t1) : at_t1;
+    volumes.of[axis] = both.lo;
+    volumes.of[kKdopAxes + axis] = both.hi;
+  }
+  template <int kAxis>
+  HWY_INLINE void bound_along_diagonal() {
+    const Interval at_t1 = growing.grown(interval<kAxis>(t1), diagonal_t1);
+    const Interval at_t0 = kSwept ? growing.grown(interval<kAxis>(t0), diagonal_t0) : at_t1;
+    bound_along(kAxis, at_t0, at_t1);
+  }
+};
+
+/// Bounds as many triangles as registers have lanes. Their corners at t0 count only if they are swept. Returns false,
+/// and has done nothing, if they have to be bounded one by one.
+template <bool kSwept>
+HWY_INLINE bool bound_register(const BoundTriangle& bound, std::uint32_t first, const Corners& t0, const Corners& t1) {
   const SceneView& scene = bound.scene;
-  const Corners corners_t1(bound, scene.x_t1, first);
-  Volumes at_t1 = volumes_of(corners_t1);
-  Volumes at_t0 = kSwept ? volumes_of(Corners(bound, scene.x_t0, first)) : at_t1;
-  const Vector diagonal_t1 = at_t1.diagonal();
-  const Vector diagonal_t0 = at_t0.diagonal();
+  const Boxes tight_t1 = boxes_of(t1);
+  const Boxes tight_t0 = kSwept ? boxes_of(t0) : tight_t1;
+  const Vector diagonal_t1 = tight_t1.diagonal();
+  const Vector diagonal_t0 = tight_t0.diagonal();
   if (!are_ordinary(max_norm(diagonal_t1)) || (kSwept && !are_ordinary(max_norm(diagonal_t0)))) return false;
 
   alignas(64) float growths[kLanes];
@@ -186,8 +220,7 @@ HWY_INLINE bool bound_register(const BoundTriangle& bound, std::uint32_t first) 
   const SceneBody& body_of_first = scene.bodies[scene.triangle_body[first]];
   const bool is_one_body = are_of_one_body(scene, first);
   Float growth;
-  if (is_one_body && !body_of_first.is_rounded &&
-      find_growth<kSwept>(bound, body_of_first, corners_t1, first, growth)) {
+  if (is_one_body && !body_of_first.is_rounded && find_growth<kSwept>(bound, body_of_first, t1, first, growth)) {
     hn::Store(growth, Floats(), growths);
   } else {
     for (std::uint32_t i = 0; i < kLanes; ++i) {
@@ -197,26 +230,50 @@ HWY_INLINE bool bound_register(const BoundTriangle& bound, std::uint32_t first) 
     }
     growth = hn::Load(Floats(), growths);
   }
-  inflate(at_t1, growth);
-  if (kSwept) inflate(at_t0, growth);
-  const Volumes volumes = kSwept ? merged(at_t0, at_t1) : at_t1;
-  if (is_one_body && hn::AllTrue(Floats(), are_out_of(body_of_first.partner_box, volumes))) {
-    for (std::uint32_t i = 0; i < kLanes; ++i) bound.leave_out(first + i);
-    return true;
+  const Growing growing(growth);
+  const Boxes at_t1 = growing.grown(tight_t1);
+  const Boxes at_t0 = kSwept ? growing.grown(tight_t0) : at_t1;
+  const Boxes boxes = kSwept ? merged(at_t0, at_t1) : at_t1;
+  std::uint64_t out = 0;
+  if (is_one_body) {
+    const Mask are_out = are_out_of(body_of_first.partner_box, boxes);
+    if (hn::AllTrue(Floats(), are_out)) {
+      for (std::uint32_t i = 0; i < kLanes; ++i) bound.leave_out(first + i);
+      return true;
+    }
+    out = bits_of(are_out);
   }
+
+  Volumes volumes;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
+  BoundedRegister<kSwept> bounded{
+      t0, t1, growing, growing.diagonal(tight_t0), growing.diagonal(tight_t1), bound.end_volumes, first, volumes};
+  for (int axis = 0; axis < 3; ++axis) bounded.bound_along(axis, at_t0.along[axis], at_t1.along[axis]);
+  bounded.template bound_along_diagonal<3>();
+  bounded.template bound_along_diagonal<4>();
+  bounded.template bound_along_diagonal<5>();
+  bounded.template bound_along_diagonal<6>();
+  bounded.template bound_along_diagonal<7>();
+  bounded.template bound_along_diagonal<8>();
   store(volumes, bound.volumes + first);
-  if (kSwept) store(at_t0, at_t1, bound.end_volumes + first);
   Float radius = bounding_radius(diagonal_t1);
   if (kSwept) radius = larger(radius, bounding_radius(diagonal_t0));
   alignas(64) float radii[kLanes];
   hn::Store(radius, Floats(), radii);
   for (std::uint32_t i = 0; i < kLanes; ++i) {
     const std::uint32_t t = first + i;
-    const SceneBody& body = scene.bodies[scene.triangle_body[t]];
+    const SceneBody& body = is_one_body ? body_of_first : scene.bodies[scene.triangle_body[t]];
     bound.shapes[t] = {radii[i], growths[i], bound.flags_of(t, body), roundings[i]};
-    if (!overlap(body.partner_box, bound.volumes[t])) bound.leave_out(t);
+    if (!is_one_body && !overlap(body.partner_box, bound.volumes[t])) bound.leave_out(t);
   }
+  for (; out != 0; out &= out - 1) bound.leave_out(first + static_cast<std::uint32_t>(std::countr_zero(out)));
   return true;
+}
+
+template <bool kSwept>
+HWY_INLINE bool bound_register(const BoundTriangle& bound, std::uint32_t first) {
+  const Corners t1(bound, bound.scene.x_t1, first);
+  if constexpr (kSwept) return bound_register<true>(bound, first, Corners(bound, bound.scene.x_t0, first), t1);
+  return bound_register<false>(bound, first, t1, t1);
 }
 
 /// Bounds as many triangles as registers have lanes, at once if that is possible.

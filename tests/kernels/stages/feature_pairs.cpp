@@ -176,7 +176,7 @@ TEST(Bits, counted_and_found) {
 }
 
 class FeaturePairs : public testing::TestWithParam<bool> {
- protected:
+ public:
   static HostScene make_scene(bool continuous) {
     std::vector<HostBody> bodies{{tangle(1), {}, 0.01F},
                                  {tangle(2), {}, 0.05F, false},
@@ -193,7 +193,7 @@ class FeaturePairs : public testing::TestWithParam<bool> {
 template <ContactKind kKind, bool kContinuous>
 Candidates expanded_as(const SceneView& scene, const HostVolumes& bounds, const std::vector<std::uint64_t>& pairs) {
   Collector<std::uint64_t> found;
-  const ExpandPair<kKind, kContinuous> stage{{scene}, bounds.shapes.data(), pairs.data()};
+  const ExpandPair<kKind, kContinuous> stage{{scene}, bounds.shapes.data(), bounds.volumes.data(), pairs.data()};
   typename ExpandPair<kKind, kContinuous>::Candidate candidate;
   for (std::uint32_t i = 0; i < pairs.size(); ++i) {
     const FeatureWork<kKind> work = stage.load_item(i);
@@ -281,6 +281,41 @@ TEST_P(FeaturePairs, each_candidate_once) {
     EXPECT_LE(vt.size(), near_vertex_triangles(scene).size() * 6 / 5) << "few are further apart";
     EXPECT_LE(ee.size(), near_edge_edges(scene).size() * 6 / 5) << "few are further apart";
   }
+}
+
+// By ContactRule::slab volumes reach farther than contacts of edges do. Edges of pairs that only this reach brings
+// together are not listed, and no contact of edges is lost.
+TEST(ReachOfEdges, is_that_of_their_margins) {
+  const HostScene host = FeaturePairs::make_scene(false);
+  const SceneView by_distance = host.view();
+  const HostVolumes distance_bounds(by_distance);
+  Candidates expected =
+      expanded<ContactKind::edge_edge>(by_distance, distance_bounds, overlapping_pairs(by_distance, distance_bounds));
+
+  SceneView scene = host.view();
+  scene.contact_rule = ContactRule::slab;
+  const HostVolumes bounds(scene);
+  const std::vector<std::uint64_t> pairs = overlapping_pairs(scene, bounds);
+  Candidates found = expanded<ContactKind::edge_edge>(scene, bounds, pairs);
+  std::sort(expected.begin(), expected.end());
+  std::sort(found.begin(), found.end());
+  // Volumes of the wider reach may let further pairs through.
+  EXPECT_TRUE(std::includes(found.begin(), found.end(), expected.begin(), expected.end()));
+
+  const ExpandPair<ContactKind::edge_edge, false> stage{
+      {scene}, bounds.shapes.data(), bounds.volumes.data(), pairs.data()};
+  const auto grown_box = [&](std::uint32_t t) {
+    const auto [a, b, c] = scene.triangles[t].v;
+    return box_of_vertices(scene, {a, b, c}, 1.001 * margin_of(scene, a));
+  };
+  std::size_t listed = 0;
+  for (std::uint32_t i = 0; i < pairs.size(); ++i) {
+    const FeatureWork<ContactKind::edge_edge> work = stage.load_item(i);
+    if (work.part_count() == 0) continue;
+    ++listed;
+    EXPECT_TRUE(overlap(grown_box(work.a), grown_box(work.b)));
+  }
+  EXPECT_GT(listed, 100U);
 }
 
 template <ContactKind kKind>

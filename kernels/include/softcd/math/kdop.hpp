@@ -164,6 +164,18 @@ SOFTCD_HD inline bool contains(const Kdop18& outer, const Kdop18& inner) {
 #endif
 }
 
+/// Returns whether two sets of points are certainly more than `distance` apart along x, y or z. Each volume contains a
+/// set that was grown by a ball. The balls' radii add up to at least `growth`.
+SOFTCD_HD inline bool certainly_apart_before_growth(const Kdop18& a, const Kdop18& b, float growth, float distance) {
+  const float excess = outward_down(growth - distance);
+  if (!(excess > 0.0F)) return false;
+  bool is_apart = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    is_apart |= outward_up(smaller(a.hi[axis] - b.lo[axis], b.hi[axis] - a.lo[axis])) < excess;
+  }
+  return is_apart;
+}
+
 /// Returns the volume's intervals along x, y and z as a box.
 SOFTCD_HD constexpr Box box_of(const Kdop18& dop) {
   return {{dop.lo[0], dop.lo[1], dop.lo[2]}, {dop.hi[0], dop.hi[1], dop.hi[2]}};

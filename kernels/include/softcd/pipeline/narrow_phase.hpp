@@ -220,7 +220,8 @@ class NarrowPhaseStages {
 
   template <ContactKind kKind, bool kSwept, class Candidates>
   void expand_pairs(const char* label, Candidates& candidates) {
-    const ExpandPair<kKind, kSwept> expand_pair{{scene_}, w_.shapes.data(), lists_.pairs.template column<0>().data()};
+    const ExpandPair<kKind, kSwept> expand_pair{
+        {scene_}, w_.shapes.data(), w_.volumes.data(), lists_.pairs.template column<0>().data()};
     find_candidates_of(label, lists_.pairs.count(counters_), expand_pair, candidates);
   }
 

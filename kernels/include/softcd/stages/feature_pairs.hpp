@@ -136,6 +136,7 @@ struct ExpandPair {
 
   FeatureTest<kKind, kSwept> feature_test;
   const TriangleShape* shapes;
+  const Kdop18* volumes;
   const std::uint64_t* pairs;
 
   SOFTCD_HD Item load_item(std::uint32_t i) const {
@@ -165,6 +166,14 @@ struct ExpandPair {
       // A vertex's margin grows with its motion, and no triangle around it has grown by less.
       work.reach_a = feature_test.reach_of(shape_a.growth + margin_b, rounding);
       work.reach_b = feature_test.reach_of(margin_a + shape_b.growth, rounding);
+    }
+    if constexpr (kKind == ContactKind::edge_edge && !kSwept) {
+      // Triangles may have been grown for their vertices' contacts, which reach farther than those of edges.
+      const float growth = outward_down(shape_a.growth + shape_b.growth);
+      if (work.part_count() > 0 &&
+          certainly_apart_before_growth(volumes[a], volumes[b], growth, work.reach_a.distance)) {
+        work.owned_a = 0;
+      }
     }
     return work;
   }
