@@ -71,6 +71,17 @@ TEST(Options, have_the_names_of_members_and_enumerators) {
                                  "vertex_triangle", "edge_edge", "batch", "neighbour_rings", "rest_distance"));
 }
 
+TEST(Options, have_their_names_from_signatures_of_all_compilers) {
+  EXPECT_EQ(last_name("constexpr auto name_in_source() [with auto kConstant = &softcd::QueryOptions::detection]"),
+            "detection");
+  EXPECT_EQ(last_name("auto name_in_source() [kConstant = softcd::Accuracy::precise]"), "precise");
+  EXPECT_EQ(last_name("auto name_in_source() [kConstant = (softcd::Accuracy)7]"), "7");
+  EXPECT_EQ(last_name("auto __cdecl name_in_source<&kNoObject<struct softcd::QueryOptions>->edge_edge>(void)"),
+            "edge_edge");
+  EXPECT_EQ(last_name("auto __cdecl name_in_source<softcd::Accuracy::fast>(void)"), "fast");
+  EXPECT_EQ(last_name("auto __cdecl name_in_source<(enum softcd::Accuracy)0x7>(void)"), "0x7");
+}
+
 TEST(Options, are_refused_by_name_value_and_range) {
   QueryOptions options;
   EXPECT_EQ(problem_of(options), "");

@@ -59,7 +59,7 @@ class Plane {
   int side_of(Vec3d point) const {
     const Vec3d offset = point - origin_;
     const double volume = dot(normal_, offset);
-    const double error = error_ * max_norm(offset);
+    const double error = error_ * max_norm(offset) + std::numeric_limits<double>::min();
     return volume > error ? 1 : (volume < -error ? -1 : 0);
   }
 
@@ -73,9 +73,13 @@ int side_of_plane(Vec3d a, Vec3d b, Vec3d c, Vec3d point) {
   return -orientation(a, b, c, point);
 }
 
-/// Returns the sides of the other triangle's plane on which the corners lie.
+/// Returns the sides of the other triangle's plane on which the corners lie, or exactly 0 in the plane.
 std::array<int, 3> sides_of(const Corners& corners, const Corners& other) {
-  const auto side_of = [&other](Vec3d corner) { return side_of_plane(other[0], other[1], other[2], corner); };
+  const Plane plane(other[0], other[1] - other[0], other[2] - other[0]);
+  const auto side_of = [&](Vec3d corner) {
+    const int side = plane.side_of(corner);
+    return side != 0 ? side : side_of_plane(other[0], other[1], other[2], corner);
+  };
   return {side_of(corners[0]), side_of(corners[1]), side_of(corners[2])};
 }
 
@@ -141,6 +145,16 @@ bool any_face_with(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other
   const Span<const std::uint32_t> faces = mesh.faces_at(node);
   return std::any_of(faces.begin(), faces.end(),
                      [&](std::uint32_t face) { return has_vertex(mesh.corners(face), other) && holds(face); });
+}
+
+/// Returns whether `holds` for a node, other than these two, of a face that has both.
+template <class Predicate>
+bool any_other_corner(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other, Predicate holds) {
+  return any_face_with(mesh, node, other, [&](std::uint32_t face) {
+    const Triangle triangle = mesh.corners(face);
+    return std::any_of(std::begin(triangle.v), std::end(triangle.v),
+                       [&](std::uint32_t corner) { return corner != node && corner != other && holds(corner); });
+  });
 }
 
 /// Returns whether `holds` for a face at one feature and a face at the other that share no node.
@@ -374,30 +388,28 @@ bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides) 
   const std::uint32_t(&v)[4] = contact.vertices;
   const bool is_vertex = contact.kind == ContactKind::vertex_triangle;
   const Vec3d normal = vec3_cast<double>(contact.normal);
+  const std::uint32_t count_a = is_vertex ? 1 : 2;
   const Vec3d origin = sides.a.place(v[0], sides.start_a);
   double extent = 0;
-  const auto height_of = [&](Vec3d corner) {
-    const Vec3d offset = corner - origin;
+  const auto height_of = [&](Vec3d place) {
+    const Vec3d offset = place - origin;
     extent = std::max(extent, max_norm(offset));
     return dot(offset, normal);
   };
 
   double highest_of_b = -std::numeric_limits<double>::infinity();
-  const auto raise = [&](std::uint32_t face) {
-    for (const Vec3d corner : corners_of(sides.b, face, sides.start_b)) {
-      highest_of_b = std::max(highest_of_b, height_of(corner));
-    }
+  const auto raise = [&](std::uint32_t node) {
+    highest_of_b = std::max(highest_of_b, height_of(sides.b.place(node, sides.start_b)));
     return false;
   };
-  is_vertex ? raise(contact.feature_b) : any_face_with(found.b.mesh, v[2], v[3], raise);
-  const auto is_in_the_way = [&](std::uint32_t face) {
-    const Corners corners = corners_of(sides.a, face, sides.start_a);
-    return std::any_of(corners.begin(), corners.end(), [&](Vec3d corner) {
-      const double gap = height_of(corner) - highest_of_b;
-      return !(gap > kClearGap * extent);
-    });
+  for (std::uint32_t i = count_a; i < 4; ++i) raise(v[i]);
+  if (!is_vertex) any_other_corner(found.b.mesh, v[2], v[3], raise);
+  const auto is_in_the_way = [&](std::uint32_t node) {
+    const double gap = height_of(sides.a.place(node, sides.start_a)) - highest_of_b;
+    return !(gap > kClearGap * extent);
   };
-  return !any_face_with(found.a.mesh, v[0], v[is_vertex ? 0 : 1], is_in_the_way);
+  return !is_in_the_way(v[0]) && !is_in_the_way(v[count_a - 1]) &&
+         !any_other_corner(found.a.mesh, v[0], v[count_a - 1], is_in_the_way);
 }
 
 /// Returns whether both features are links, for which intersections cannot be decided. A body has either links or

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <sstream>
@@ -41,32 +43,65 @@ inline constexpr bool kMayDifferBetweenRanks = false;
 template <class Member>
 inline constexpr bool kIsFlattened = false;
 
-/// Returns the compiler's name of a member or an enumerator: the end of this function's name, "... = &Struct::member]".
+/// Returns whether a character can be part of a name.
+constexpr bool is_of_name(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+}
+
+/// Returns the last name or number in the template argument that a compiler prints as part of a function's signature:
+/// the signature ends in "= &Struct::member]" for g++ and clang, in "->member>(void)" for MSVC.
+constexpr std::string_view last_name(std::string_view signature) {
+  std::size_t end = std::min(signature.rfind(">(void)"), signature.size());
+  while (!is_of_name(signature[end - 1])) --end;
+  std::size_t begin = end;
+  while (is_of_name(signature[begin - 1])) --begin;
+  return signature.substr(begin, end - begin);
+}
+
+#if defined(_MSC_VER) && !defined(__clang__)
+#define SOFTCD_SIGNATURE __FUNCSIG__
+#else
+#define SOFTCD_SIGNATURE __PRETTY_FUNCTION__
+#endif
+
+/// Returns the compiler's name of an enumerator, or of a member of which it prints the name.
 template <auto kConstant>
 constexpr auto name_in_source() {
-  constexpr std::string_view kFunction = __PRETTY_FUNCTION__;
-  constexpr std::size_t kBegin = kFunction.rfind(':') + 1;
-  std::array<char, kFunction.size() - kBegin> name{};
-  for (std::size_t i = 0; i + 1 < name.size(); ++i) name[i] = kFunction[kBegin + i];
+  constexpr std::string_view kName = last_name(SOFTCD_SIGNATURE);
+  std::array<char, kName.size() + 1> name{};
+  for (std::size_t i = 0; i < kName.size(); ++i) name[i] = kName[i];
   return name;
 }
 template <auto kConstant>
 inline constexpr auto kNameInSource = name_in_source<kConstant>();
 
+#undef SOFTCD_SIGNATURE
+
+#if defined(_MSC_VER) && !defined(__clang__)
+// MSVC prints pointers to members as numbers, and the address of an object's member by name. No object is needed for
+// it.
+template <class Struct>
+extern const Struct kNoObject;
+template <auto kMember>
+inline constexpr auto kMemberName = nullptr;
+template <class Struct, class Member, Member Struct::*kMember>
+inline constexpr auto kMemberName<kMember> = name_in_source<&(kNoObject<Struct>.*kMember)>();
+#else
+template <auto kMember>
+inline constexpr auto kMemberName = kNameInSource<kMember>;
+#endif
+
 /// Returns whether the compiler has printed a number without a name, as a cast: "(Enum)7".
 template <std::size_t kSize>
-constexpr bool is_cast(const std::array<char, kSize>& name) {
-  for (const char c : name) {
-    if (c == ')') return true;
-  }
-  return false;
+constexpr bool is_number(const std::array<char, kSize>& name) {
+  return name[0] >= '0' && name[0] <= '9';
 }
 
 /// The names of an enumeration's values, which count from 0.
 template <class Enum, std::uint32_t... kValue>
 constexpr auto enumerators_of() {
   constexpr Enum kNext{sizeof...(kValue)};
-  if constexpr (!is_cast(kNameInSource<kNext>)) {
+  if constexpr (!is_number(kNameInSource<kNext>)) {
     return enumerators_of<Enum, kValue..., sizeof...(kValue)>();
   } else {
     return std::array{kNameInSource<Enum{kValue}>.data()...};
@@ -81,7 +116,7 @@ struct Field;
 template <class Struct, class Member, Member Struct::*kMember>
 struct Field<kMember> {
   using Value = Member;
-  static constexpr const char* kName = kNameInSource<kMember>.data();
+  static constexpr const char* kName = kMemberName<kMember>.data();
   static constexpr auto kPointer = kMember;
   static constexpr ValueRange kRange = kRangeOf<kMember>;
   static constexpr const char* kHelp = kHelpOf<kMember>;
