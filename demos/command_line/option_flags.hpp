@@ -4,11 +4,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdint>
 #include <initializer_list>
 #include <sstream>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include "command_line/choices.hpp"
 
@@ -33,6 +35,18 @@ inline std::string in_lines(const std::string& text) {
     lines += (lines.empty() ? "" : fits ? " " : "\n") + word;
   }
   return lines;
+}
+
+/// Help texts name enumerators as the source does: replaces these names by the flag's words.
+template <class Enum, std::uint32_t... kValue>
+std::string in_words(std::string help, std::integer_sequence<std::uint32_t, kValue...> /*values*/) {
+  const auto replace = [&help](std::string_view name, std::string_view word) {
+    for (std::size_t at = help.find(name); at != std::string::npos; at = help.find(name, at + word.size())) {
+      help.replace(at, name.size(), word);
+    }
+  };
+  (replace(kNameInSource<Enum{kValue}>.data(), kWord<Enum{kValue}>.data()), ...);
+  return help;
 }
 
 inline std::string refuse_sign(const std::string& number) {
@@ -63,7 +77,10 @@ void add_field(CLI::App& app, AnyField field, Struct& object) {
   static_assert(field.kHelp != nullptr, "every option has a help text");
   auto& target = field.of(object);
   using Value = typename AnyField::Value;
-  if constexpr (std::is_enum_v<Value> || std::is_same_v<Value, bool>) {
+  if constexpr (std::is_enum_v<Value>) {
+    using Values = std::make_integer_sequence<std::uint32_t, kEnumerators<Value>.size()>;
+    add_choice(app, flag_of(field.kName), target, in_lines(in_words<Value>(field.kHelp, Values())));
+  } else if constexpr (std::is_same_v<Value, bool>) {
     add_choice(app, flag_of(field.kName), target, in_lines(field.kHelp));
   } else {
     add_number(app, field, target, field.kHelp);

@@ -190,12 +190,12 @@ class WildSheets {
 
   Span<btSoftBody* const> bodies() const { return {pointers_.data(), pointers_.size()}; }
 
-  bullet::CrossingAnswers prevent_crossings(const CrossingsOfKind& kind, const bullet::AnswerRounds& rounds = {}) {
+  bullet::CrossingAnswers prevent_crossings(const CrossingsOfKind& kind) {
     bullet::Settings settings = test_settings(Detection::ccd);
     settings.edge_contacts = bullet::EdgeContacts::respond;
     settings.self_collision = bullet::SelfCollision::all;
     bullet::WorldMirror mirror(kind.ends, settings);
-    CrossingPrevention prevention(kind, mirror, settings, rounds);
+    CrossingPrevention prevention(kind, mirror, settings);
     prevention.run(
         bodies(), [](btSoftBody&, btSoftBody&) { return true; }, kStep);
     return prevention.answers();
@@ -265,11 +265,12 @@ TEST(AnswersToCrossings, leave_no_intersection) {
   }
 }
 
-std::size_t count_intersections_after(const CrossingsOfKind& kind, const bullet::AnswerRounds& rounds) {
+std::size_t count_intersections_after(CrossingsOfKind kind, const bullet::AnswerRounds& rounds) {
+  kind.rounds = rounds;
   Random random(1);
   WildSheets sheets(random);
   sheets.set_out(kind, random, 40);
-  sheets.prevent_crossings(kind, rounds);
+  sheets.prevent_crossings(kind);
   return sheets.count_intersections(kind);
 }
 

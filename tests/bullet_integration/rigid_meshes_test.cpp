@@ -15,6 +15,7 @@
 #include "BulletCollision/Gimpact/btGImpactShape.h"
 #include "BulletSoftBody/btSoftBodyHelpers.h"
 #include "any_simulation.hpp"
+#include "scenes/surface_mesh.hpp"
 
 namespace softcd::test {
 namespace {
@@ -289,6 +290,49 @@ btScalar fall_on_spike(int flags) {
 TEST(RigidMeshes, hold_faces_of_deformable_bodies_between_their_nodes) {
   for (const int flag : {0, int(btSoftBody::fCollision::SDF_RDF)}) {
     EXPECT_GT(fall_on_spike(flag), btScalar(0.19)) << "the spike is 0.2 high";
+  }
+}
+
+class ClassicRigidMeshes : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, ClassicRigidMeshes,
+                         worlds_of_run({World::one_line, World::multi_body, World::attached}), world_name);
+
+// In a step the pressure moves nodes by more than the ball's radius. Contacts that stop such nodes where they are, far
+// from the walls, let the ball shrink until it turns inside out.
+TEST_P(ClassicRigidMeshes, let_a_ball_under_pressure_fill_the_space_between_them) {
+  constexpr btScalar kWallX = btScalar(0.3);
+  btTriangleMesh walls;
+  for (const btScalar x : {-kWallX, kWallX}) {
+    walls.addTriangle(btVector3(x, -1, -1), btVector3(x, 1, -1), btVector3(x, -1, 1));
+    walls.addTriangle(btVector3(x, 1, -1), btVector3(x, 1, 1), btVector3(x, -1, 1));
+  }
+  for (const int iterations : {1, 4}) {
+    AnySimulation simulation(GetParam(), test_settings());
+    simulation.set_gravity(btVector3(0, 0, 0));
+    auto shape = std::make_unique<btBvhTriangleMeshShape>(&walls, /*quantised=*/true);
+    shape->setMargin(btScalar(0.02));
+    simulation.add_rigid(std::move(shape), btVector3(0, 0, 0));
+    auto made = demo::make_body(simulation.world_info(), demo::sphere_mesh(btVector3(0, 0, 0), btScalar(0.25), 2), 1);
+    made->setTotalMass(1);
+    made->getCollisionShape()->setMargin(btScalar(0.02));
+    made->m_cfg.kPR = 100;
+    made->m_cfg.kDP = btScalar(0.01);
+    made->m_cfg.piterations = iterations;
+    made->m_cfg.collisions |= btSoftBody::fCollision::SDF_RS;
+    const btSoftBody& ball = simulation.add(std::move(made));
+    const btScalar volume_at_rest = ball.getVolume();
+    for (int step = 0; step < 20; ++step) {
+      simulation.step();
+      if (step < 5) continue;  // Bullet pushes by the normals and the volume of the step before
+      ASSERT_GT(ball.getVolume(), volume_at_rest) << iterations << " iterations, step " << step;
+    }
+    btScalar left = 0, right = 0;
+    for (int n = 0; n < ball.m_nodes.size(); ++n) {
+      left = btMin(left, ball.m_nodes[n].m_x.x());
+      right = btMax(right, ball.m_nodes[n].m_x.x());
+    }
+    EXPECT_NEAR(left, -kWallX + btScalar(0.04), 0.01) << iterations;
+    EXPECT_NEAR(right, kWallX - btScalar(0.04), 0.01) << iterations;
   }
 }
 

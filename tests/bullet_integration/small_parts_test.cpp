@@ -18,7 +18,7 @@
 #include "random.hpp"
 #include "rigid/rigid_contact_writer.hpp"
 #include "soft_body_support.hpp"
-#include "worlds/world_step.hpp"
+#include "worlds/step_driver.hpp"
 
 namespace softcd::test {
 namespace {

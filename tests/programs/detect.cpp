@@ -98,6 +98,7 @@ TEST_F(Detect, help_names_every_option) {
                              "--json", "--repeat", "--intersections", "--coloured"}) {
     EXPECT_THAT(result.output, HasSubstr(option));
   }
+  EXPECT_THAT(result.output, testing::Not(HasSubstr("automatic"))) << "the word of the flags is auto";
 }
 
 /// Returns a word for another value than the default.

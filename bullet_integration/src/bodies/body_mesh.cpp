@@ -29,8 +29,7 @@ bool is_rope(const btSoftBody& body) {
 std::vector<Segment> segments_of(const btSoftBody& body) {
   std::vector<Segment> segments;
   if (!is_rope(body)) return segments;
-  for (int i = 0; i < body.m_links.size(); ++i) {
-    const btSoftBody::Link& link = body.m_links[i];
+  for (const btSoftBody::Link& link : span_of(body.m_links)) {
     if (link.m_bbending != 0) continue;
     const btSoftBody::Node* const first = &body.m_nodes[0];
     segments.push_back(
@@ -74,20 +73,17 @@ bool has_side(const Triangle& triangle, std::uint32_t from, std::uint32_t to) {
 /// Returns whether each edge has two faces, which pass through it in opposite directions. Unlike is_closed_surface(),
 /// needs no list of edges, and allows parts that touch at a vertex.
 bool is_closed_at_edges(const BodyMesh& mesh) {
-  constexpr std::uint32_t kMostFacesAtNode = 64;  // bounds the time
+  constexpr std::size_t kMostFacesAtNode = 64;  // bounds the time
   for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const std::uint32_t from = mesh.triangles[f].v[corner];
       const std::uint32_t to = mesh.triangles[f].v[(corner + 1) % 3];
-      const std::uint32_t first = mesh.first_face_of_node[from];
-      const std::uint32_t last = mesh.first_face_of_node[from + 1];
-      if (last - first > kMostFacesAtNode) return false;
+      if (mesh.faces_at(from).size() > kMostFacesAtNode) return false;
       int along = 0;
       int against = 0;
-      for (std::uint32_t i = first; i < last; ++i) {
-        const Triangle& face = mesh.triangles[mesh.faces_of_nodes[i]];
-        along += has_side(face, from, to) ? 1 : 0;
-        against += has_side(face, to, from) ? 1 : 0;
+      for (const std::uint32_t face : mesh.faces_at(from)) {
+        along += has_side(mesh.triangles[face], from, to) ? 1 : 0;
+        against += has_side(mesh.triangles[face], to, from) ? 1 : 0;
       }
       if (along != 1 || against != 1) return false;
     }
@@ -122,8 +118,8 @@ BodyMesh read_mesh(const btSoftBody& body) {
   mesh.face_count = static_cast<std::uint32_t>(body.m_faces.size());
   mesh.triangles.reserve(mesh.face_count);
   std::vector<bool> has_face(mesh.node_count, false);
-  for (int i = 0; i < body.m_faces.size(); ++i) {
-    const Triangle triangle = triangle_of(body.m_faces[i], &body.m_nodes[0]);
+  for (const btSoftBody::Face& face : span_of(body.m_faces)) {
+    const Triangle triangle = triangle_of(face, &body.m_nodes[0]);
     for (const std::uint32_t node : triangle.v) {
       if (node < mesh.node_count) has_face[node] = true;
     }
@@ -146,21 +142,19 @@ BodyMesh read_mesh(const btSoftBody& body) {
 void add_faces_of_nodes(BodyMesh& mesh) {
   mesh.first_face_of_node.assign(mesh.node_count + 1, 0);
   const auto first_segment = static_cast<std::uint32_t>(mesh.triangles.size());
-  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
-    for (const std::uint32_t node : mesh.triangles[f].v) ++mesh.first_face_of_node[node + 1];
-  }
-  for (const Segment& segment : mesh.segments) {
-    for (const std::uint32_t node : segment.v) ++mesh.first_face_of_node[node + 1];
-  }
+  const auto for_each_corner = [&](auto visit) {
+    for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
+      for (const std::uint32_t node : mesh.triangles[f].v) visit(node, f);
+    }
+    for (std::uint32_t s = 0; s < mesh.segments.size(); ++s) {
+      for (const std::uint32_t node : mesh.segments[s].v) visit(node, first_segment + s);
+    }
+  };
+  for_each_corner([&](std::uint32_t node, std::uint32_t /*face*/) { ++mesh.first_face_of_node[node + 1]; });
   std::partial_sum(mesh.first_face_of_node.begin(), mesh.first_face_of_node.end(), mesh.first_face_of_node.begin());
   std::vector<std::uint32_t> next(mesh.first_face_of_node.begin(), mesh.first_face_of_node.end() - 1);
   mesh.faces_of_nodes.resize(mesh.first_face_of_node.back());
-  for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
-    for (const std::uint32_t node : mesh.triangles[f].v) mesh.faces_of_nodes[next[node]++] = f;
-  }
-  for (std::uint32_t s = 0; s < mesh.segments.size(); ++s) {
-    for (const std::uint32_t node : mesh.segments[s].v) mesh.faces_of_nodes[next[node]++] = first_segment + s;
-  }
+  for_each_corner([&](std::uint32_t node, std::uint32_t face) { mesh.faces_of_nodes[next[node]++] = face; });
 }
 
 int outward_side(const BodyMesh& mesh, const btSoftBody& body) {
@@ -176,11 +170,10 @@ int outward_side(const BodyMesh& mesh, const btSoftBody& body) {
 }
 
 std::uint32_t face_at_edge(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other) {
-  const auto faces = mesh.faces_of_nodes.begin();
-  const auto end = faces + mesh.first_face_of_node[node + 1];
-  const auto found = std::find_if(faces + mesh.first_face_of_node[node], end,
-                                  [&](std::uint32_t face) { return has_vertex(mesh.corners(face), other); });
-  return found == end || *found >= mesh.face_count ? kNoIndex : *found;
+  for (const std::uint32_t face : mesh.faces_at(node)) {
+    if (has_vertex(mesh.corners(face), other)) return face < mesh.face_count ? face : kNoIndex;
+  }
+  return kNoIndex;
 }
 
 std::vector<std::uint32_t> changed_triangles(const BodyMesh& before, const BodyMesh& now) {

@@ -3,15 +3,11 @@
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
+#include "native/arrays.hpp"
 #include "softcd/mesh/features.hpp"
 #include "softcd/softcd.hpp"
 
 namespace softcd::bullet {
-
-inline Span<btSoftBody* const> span_of(const btAlignedObjectArray<btSoftBody*>& bodies) {
-  if (bodies.size() == 0) return {};
-  return {&bodies[0], static_cast<std::size_t>(bodies.size())};
-}
 
 /// A soft body's triangles and segments as node indices. Segments are the links of a rope: a body without faces and
 /// tetrahedra. Bending links, which join nodes beyond their neighbours, are left out. Nodes without a face or a segment
@@ -31,6 +27,11 @@ struct BodyMesh {
   /// has no other edges. The third node is another node of the body if there is one, and its weight is 0.
   std::vector<btSoftBody::Face> link_faces;
 
+  /// Returns the faces and segments at a node, by their numbers in faces_of_nodes.
+  Span<const std::uint32_t> faces_at(std::uint32_t node) const {
+    const std::uint32_t first = first_face_of_node[node];
+    return {faces_of_nodes.data() + first, first_face_of_node[node + 1] - first};
+  }
   /// Returns the nodes of a face or segment, by its number in faces_of_nodes.
   Triangle corners(std::uint32_t face) const {
     if (face < triangles.size()) return triangles[face];

@@ -28,8 +28,8 @@ struct Bounds {
 inline Bounds bounds_of(const btSoftBody& body, std::initializer_list<NodePosition> positions) {
   const btVector3& first = body.m_nodes[0].*(*positions.begin());
   Bounds bounds = {first, first};
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    for (const NodePosition position : positions) bounds.add(body.m_nodes[i].*position);
+  for (const btSoftBody::Node& node : span_of(body.m_nodes)) {
+    for (const NodePosition position : positions) bounds.add(node.*position);
   }
   return bounds;
 }

@@ -7,10 +7,8 @@ namespace {
 
 // All nodes are fixed, so contacts move none of them.
 bool is_immovable(const btSoftBody& body) {
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    if (body.m_nodes[i].m_im > 0) return false;
-  }
-  return true;
+  const Span<const btSoftBody::Node> nodes = span_of(body.m_nodes);
+  return std::none_of(nodes.begin(), nodes.end(), [](const btSoftBody::Node& node) { return node.m_im > 0; });
 }
 
 bool wants_self_collision(const btSoftBody& body, SelfCollision self_collision) {

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <vector>
+
 #include "BulletSoftBody/btSoftBody.h"
+#include "native/arrays.hpp"
 #include "softcd/bullet/settings.hpp"
 #include "softcd/softcd.hpp"
 
@@ -40,6 +43,19 @@ inline bool is_vertex_face_pair(const NodeEnds& ends, const btSoftBody& a, const
 
 inline bool has_vertex_face_contacts(const NodeEnds& ends, const btSoftBody& body) {
   return (body.m_cfg.collisions & ends.vertex_face_flag) != 0 && body.m_nodes.size() > 0;
+}
+
+/// Returns one member of all nodes.
+inline std::vector<btVector3> values_of(const btSoftBody& body, NodePosition member) {
+  std::vector<btVector3> values;
+  values.reserve(static_cast<std::size_t>(body.m_nodes.size()));
+  for (const btSoftBody::Node& node : span_of(body.m_nodes)) values.push_back(node.*member);
+  return values;
+}
+/// Sets one member of all nodes. There are as many values as nodes.
+inline void set_values(btSoftBody& body, NodePosition member, const std::vector<btVector3>& values) {
+  int node = 0;
+  for (const btVector3& value : values) body.m_nodes[node++].*member = value;
 }
 
 /// Returns the body's present margin, self-collision and features, and whether contacts can move it.

@@ -7,6 +7,7 @@
 #include "bodies/body_mesh.hpp"
 #include "bodies/node_ends.hpp"
 #include "bodies/rigid_mirror.hpp"
+#include "bodies/vectors.hpp"
 #include "native/native_trees.hpp"
 #include "native/pair_gate.hpp"
 #include "softcd/bullet/body_filters.hpp"
@@ -35,11 +36,14 @@ class WorldMirror {
     std::vector<Vec3<btScalar>> x;    ///< with kPresentEnds: as the scene has them
     bool is_in_world = false;
 
+    btSoftBody::Node& node(std::uint32_t index) const { return body->m_nodes[static_cast<int>(index)]; }
+    btSoftBody::Face& face(std::uint32_t index) const { return body->m_faces[static_cast<int>(index)]; }
+    Vec3d place(std::uint32_t index, NodePosition position) const { return to_doubles(node(index).*position); }
     /// Returns a face for Bullet's contacts at an edge that joins two nodes and is numbered as in Contact. The face is
     /// one of the body's, or one that represents a link.
     btSoftBody::Face& face_at_edge(std::uint32_t edge, const std::uint32_t* nodes) const {
       if (!mesh.link_faces.empty()) return link_face(edge);
-      return body->m_faces[static_cast<int>(bullet::face_at_edge(mesh, nodes[0], nodes[1]))];
+      return face(bullet::face_at_edge(mesh, nodes[0], nodes[1]));
     }
     btSoftBody::Face& link_face(std::uint32_t edge) const {
       return const_cast<btSoftBody::Face&>(mesh.link_faces[edge]);
@@ -124,11 +128,22 @@ class WorldMirror {
   bool forgets_all_ = false;
 };
 
+/// Returns how many of the contact's vertices are side a's. Those of side b follow.
+inline int vertices_of_a(const Contact& contact) {
+  return contact.kind == ContactKind::vertex_triangle ? 1 : 2;
+}
+
 /// A contact with the members that its two sides belong to.
 struct MemberContact {
   const Contact& contact;
   const WorldMirror::Member& a;
   const WorldMirror::Member& b;
+
+  bool is_of_a(int vertex) const { return vertex < vertices_of_a(contact); }
+  /// Returns the node at one of the contact's four vertices.
+  btSoftBody::Node& node(int vertex) const { return (is_of_a(vertex) ? a : b).node(contact.vertices[vertex]); }
+  /// Returns side b of a contact of a node with a face.
+  btSoftBody::Face& face() const { return b.face(contact.feature_b); }
 };
 
 /// Returns whether side b is a face. Triangles after a body's faces represent single nodes, and Bullet has no contacts

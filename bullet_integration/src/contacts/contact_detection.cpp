@@ -15,8 +15,7 @@ namespace softcd::bullet {
 namespace {
 
 bool is_finite(const btSoftBody& body) {
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    const btSoftBody::Node& node = body.m_nodes[i];
+  for (const btSoftBody::Node& node : span_of(body.m_nodes)) {
     for (int axis = 0; axis < 3; ++axis) {
       if (!std::isfinite(node.m_x[axis]) || !std::isfinite(node.m_q[axis])) return false;
     }

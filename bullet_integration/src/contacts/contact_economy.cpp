@@ -20,10 +20,6 @@ bool wants_closest(const ContactsOfKind& kind, const Settings& settings) {
   return kind.solves_in_turns && settings.detection == Detection::dcd;
 }
 
-Vec3d position_of(const WorldMirror::Member& member, std::uint32_t node) {
-  return to_doubles(member.body->m_nodes[static_cast<int>(node)].m_x);
-}
-
 /// Returns whether a push along the one contact's normal also moves out of the other contact.
 bool are_on_one_side(const Contact& a, const Contact& b) {
   return dot(a.normal, b.normal) > 0;
@@ -50,9 +46,8 @@ NodeContact node_contact(const MemberContact& found, bool is_turned) {
   if (!(w[1] < 0 || w[2] < 0 || w[3] < 0)) {
     return {found, is_turned, double(contact.distance), {w[1] > 0, w[2] > 0, w[3] > 0}};
   }
-  const std::uint32_t(&v)[4] = contact.vertices;
-  const ClosestPoints<double> closest = closest_points_vertex_triangle(
-      position_of(found.a, v[0]), position_of(found.b, v[1]), position_of(found.b, v[2]), position_of(found.b, v[3]));
+  const auto x = [&](int vertex) { return to_doubles(found.node(vertex).m_x); };
+  const ClosestPoints<double> closest = closest_points_vertex_triangle(x(0), x(1), x(2), x(3));
   const double(&u)[4] = closest.weights;
   return {found, is_turned, closest.distance(), {u[1] > 0, u[2] > 0, u[3] > 0}};
 }

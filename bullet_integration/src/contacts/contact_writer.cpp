@@ -15,10 +15,6 @@
 namespace softcd::bullet {
 namespace {
 
-btSoftBody::Node& node_of(const btSoftBody& body, std::uint32_t index) {
-  return const_cast<btSoftBody&>(body).m_nodes[static_cast<int>(index)];
-}
-
 btScalar margin_sum(const btSoftBody& a, const btSoftBody& b) {
   return a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
 }
@@ -56,17 +52,16 @@ struct EdgeOnFace {
   btVector3 normal;  ///< towards the nodes' edge
 };
 
-btScalar inverse_mass_at(const btSoftBody& body, const Contact& contact, int first) {
+/// Returns the inverse mass of the edge whose nodes are those of the contact from `first` on.
+btScalar inverse_mass_at(const MemberContact& found, int first) {
   btScalar inverse_mass = 0;
-  for (int i = first; i < first + 2; ++i) {
-    inverse_mass += btScalar(contact.weights[i]) * node_of(body, contact.vertices[i]).m_im;
-  }
+  for (int i = first; i < first + 2; ++i) inverse_mass += btScalar(found.contact.weights[i]) * found.node(i).m_im;
   return inverse_mass;
 }
 
 EdgeOnFace edge_on_face(const MemberContact& found) {
   const Contact& contact = found.contact;
-  const bool is_swapped = inverse_mass_at(*found.a.body, contact, 0) < inverse_mass_at(*found.b.body, contact, 2);
+  const bool is_swapped = inverse_mass_at(found, 0) < inverse_mass_at(found, 2);
   const WorldMirror::Member& node_side = is_swapped ? found.b : found.a;
   const WorldMirror::Member& face_side = is_swapped ? found.a : found.b;
   const int first_node = is_swapped ? 2 : 0;
@@ -81,11 +76,11 @@ EdgeOnFace edge_on_face(const MemberContact& found) {
   result.weights.setZero();
   btVector3 point(0, 0, 0);
   for (int i = 0; i < 2; ++i) {
-    const btSoftBody::Node* corner_node = &node_of(*face_side.body, contact.vertices[first_corner + i]);
-    const auto corner = std::find(std::begin(result.face->m_n), std::end(result.face->m_n), corner_node);
+    const auto corner =
+        std::find(std::begin(result.face->m_n), std::end(result.face->m_n), &found.node(first_corner + i));
     result.weights[static_cast<int>(corner - std::begin(result.face->m_n))] =
         btScalar(contact.weights[first_corner + i]);
-    result.nodes[i] = &node_of(*node_side.body, contact.vertices[first_node + i]);
+    result.nodes[i] = &found.node(first_node + i);
     result.node_weights[i] = btScalar(contact.weights[first_node + i]);
     point += result.nodes[i]->m_x * result.node_weights[i];
   }
@@ -159,24 +154,19 @@ btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node& node) {
 /// Follows Bullet's rule within a body (CollideFF_DD): a node touches a face if one of the faces around the node is
 /// near it and shares no node with it. Nodes without faces do not touch their own body's faces.
 bool has_face_near(const WorldMirror::Member& member, std::uint32_t node, std::uint32_t face) {
-  const BodyMesh& mesh = member.mesh;
-  const auto box = [&](std::uint32_t each) {
-    return box_of(*member.body, member.body->m_faces[static_cast<int>(each)]);
-  };
-  const auto first = mesh.faces_of_nodes.begin();
-  return std::any_of(
-      first + mesh.first_face_of_node[node], first + mesh.first_face_of_node[node + 1], [&](std::uint32_t other) {
-        return !share_vertex(mesh.triangles[other], mesh.triangles[face]) && Intersect(box(other), box(face));
-      });
+  const std::vector<Triangle>& triangles = member.mesh.triangles;
+  const auto box = [&](std::uint32_t each) { return box_of(*member.body, member.face(each)); };
+  const Span<const std::uint32_t> faces = member.mesh.faces_at(node);
+  return std::any_of(faces.begin(), faces.end(), [&](std::uint32_t other) {
+    return !share_vertex(triangles[other], triangles[face]) && Intersect(box(other), box(face));
+  });
 }
 
 /// Returns whether Bullet's trees would find the pair. ContactRule::slab reaches farther beyond the edges of a face
 /// that is small compared with the margins, and would push away nodes that are beside the face.
 bool are_near_for_bullet(const MemberContact& found) {
-  const Contact& contact = found.contact;
-  if (&found.a == &found.b) return has_face_near(found.a, contact.feature_a, contact.feature_b);
-  return Intersect(box_of(*found.a.body, node_of(*found.a.body, contact.feature_a)),
-                   box_of(*found.b.body, found.b.body->m_faces[static_cast<int>(contact.feature_b)]));
+  if (&found.a == &found.b) return has_face_near(found.a, found.contact.feature_a, found.contact.feature_b);
+  return Intersect(box_of(*found.a.body, found.node(0)), box_of(*found.b.body, found.face()));
 }
 
 /// Returns whether Bullet's trees would find the pair. Bullet enlarges the margin by the node's motion in any
@@ -184,10 +174,7 @@ bool are_near_for_bullet(const MemberContact& found) {
 /// solver would throw apart features that move together. With fewer pairs, it would stop falling bodies late, and these
 /// would bounce.
 bool are_in_boxes_of_classic_trees(const MemberContact& found) {
-  const btSoftBody& node_body = *found.a.body;
-  const btSoftBody& face_body = *found.b.body;
-  return Intersect(classic_leaf(node_body, node_of(node_body, found.contact.feature_a)),
-                   classic_leaf(face_body, face_body.m_faces[static_cast<int>(found.contact.feature_b)]));
+  return Intersect(classic_leaf(*found.a.body, found.node(0)), classic_leaf(*found.b.body, found.face()));
 }
 
 /// How far beyond an edge of a face a node still passes through the face, as a share of the face's height above that
@@ -233,15 +220,12 @@ bool passes_through(const Vec3d& from, const Vec3d& to, const Vec3d (&x)[3]) {
 
 /// Returns whether an edge of a face at the contact's node passes through the contact's face when the step begins.
 bool starts_through(const MemberContact& found) {
-  const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(found.contact.feature_b)];
   Vec3d x[3];
-  for (int i = 0; i < 3; ++i) x[i] = to_doubles(face.m_n[i]->*kClassicEnds.start);
-  const BodyMesh& mesh = found.a.mesh;
-  const std::uint32_t node = found.contact.feature_a;
-  for (std::uint32_t i = mesh.first_face_of_node[node]; i < mesh.first_face_of_node[node + 1]; ++i) {
-    const Triangle at_node = mesh.corners(mesh.faces_of_nodes[i]);
+  for (int i = 0; i < 3; ++i) x[i] = to_doubles(found.face().m_n[i]->*kClassicEnds.start);
+  for (const std::uint32_t face : found.a.mesh.faces_at(found.contact.feature_a)) {
+    const Triangle at_node = found.a.mesh.corners(face);
     Vec3d y[3];
-    for (int k = 0; k < 3; ++k) y[k] = to_doubles(node_of(*found.a.body, at_node.v[k]).*kClassicEnds.start);
+    for (int k = 0; k < 3; ++k) y[k] = found.a.place(at_node.v[k], kClassicEnds.start);
     for (int k = 0; k < 3; ++k) {
       if (passes_through(y[k], y[(k + 1) % 3], x)) return true;
     }
@@ -265,20 +249,21 @@ EdgeContact edge_contact_of(const MemberContact& found) {
           btScalar(contact.time_of_impact)};
 }
 
-bool has_crossed_to_wrong_side(const MemberContact& found) {
-  const btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(found.contact.feature_b)];
-  const int direction = passage(node_of(*found.a.body, found.contact.feature_a), face);
+bool ClassicContacts::is_turned(const MemberContact& found, Detection detection, bool is_chosen) {
+  const bool may_turn = is_chosen || found.a.body == found.b.body;
+  if (!may_turn || detection != Detection::dcd) return false;
+  const int direction = passage(found.node(0), found.face());
   const bool leaves_closed_body = direction == found.b.mesh.outward && &found.a != &found.b;
   return direction != 0 && !leaves_closed_body && !starts_through(found);
 }
 
-std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Detection detection) {
+std::optional<btSoftBody::SContact> ClassicContacts::contact_of(const MemberContact& found, Detection detection) {
   const Contact& contact = found.contact;
   btSoftBody& node_body = *found.a.body;
   btSoftBody& face_body = *found.b.body;
   if (!node_body.isActive()) return std::nullopt;
-  btSoftBody::Node& node = node_of(node_body, contact.feature_a);
-  btSoftBody::Face& face = face_body.m_faces[static_cast<int>(contact.feature_b)];
+  btSoftBody::Node& node = found.node(0);
+  btSoftBody::Face& face = found.face();
   const btScalar margin = contact_margin(node_body, face_body, node, detection);
   if (detection == Detection::dcd && (btScalar(contact.distance) > margin || !are_in_boxes_of_classic_trees(found))) {
     return std::nullopt;
@@ -302,13 +287,13 @@ std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Det
   return soft_contact;
 }
 
-void carry_others(const ContactShare& share, btSoftBody::SContact& contact) {
-  if (share.is_turned) contact.m_normal *= -1;
-  if (share.count > 1) contact.m_friction = 1 - btPow(1 - contact.m_friction, btScalar(share.count));
-  contact.m_margin -= share.margin_cut;
+void ClassicContacts::carry(const MemberContact& /*found*/, const ContactShare& share, Entry& entry) {
+  if (share.is_turned) entry.m_normal *= -1;
+  if (share.count > 1) entry.m_friction = 1 - btPow(1 - entry.m_friction, btScalar(share.count));
+  entry.m_margin -= share.margin_cut;
 }
 
-btScalar soft_margin_cut(const MemberContact& one, Span<const btSoftBody::SContact> carried, std::size_t place) {
+btScalar ClassicContacts::margin_cut(const MemberContact& one, Span<const Entry> carried, std::size_t place) {
   const btSoftBody::SContact& given = carried[place];
   if (!(approach_of(given) > 0)) return 0;
   const btScalar grown_by = given.m_margin - margin_sum(*one.a.body, *one.b.body);
@@ -316,7 +301,7 @@ btScalar soft_margin_cut(const MemberContact& one, Span<const btSoftBody::SConta
   return btMin(given.m_margin - joint_margin(carried, place, one.a.body->m_cfg.piterations), grown_by);
 }
 
-void write_soft_edge_contact(const MemberContact& found, SoftContactBatch& out) {
+void ClassicContacts::add_edges(const MemberContact& found, SolverContactBatch<Entry>& out) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
   const btScalar face_inverse_mass = inverse_mass_of_edge(edge);
@@ -342,12 +327,12 @@ void write_soft_edge_contact(const MemberContact& found, SoftContactBatch& out) 
   }
 }
 
-std::optional<btSoftBody::DeformableFaceNodeContact> deformable_contact(const MemberContact& found) {
+std::optional<btSoftBody::DeformableFaceNodeContact> DeformableContacts::contact_of(const MemberContact& found,
+                                                                                    Detection /*detection*/) {
   if (!found.a.body->isActive() || !are_near_for_bullet(found)) return std::nullopt;
-  const Contact& contact = found.contact;
-  btSoftBody::Face& face = found.b.body->m_faces[static_cast<int>(contact.feature_b)];
-  btSoftBody::Node& node = node_of(*found.a.body, contact.feature_a);
-  const btVector3 weights = triangle_weights(contact.weights);
+  btSoftBody::Face& face = found.face();
+  btSoftBody::Node& node = found.node(0);
+  const btVector3 weights = triangle_weights(found.contact.weights);
   if (!have_velocities(node, face) || !(node.m_im + inverse_mass_of(face, weights) > 0)) return std::nullopt;
   btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(*found.a.body, node, *found.b.body, face);
   deformable.m_bary = weights;
@@ -356,13 +341,12 @@ std::optional<btSoftBody::DeformableFaceNodeContact> deformable_contact(const Me
   return deformable;
 }
 
-void carry_others(const MemberContact& found, const ContactShare& share,
-                  btSoftBody::DeformableFaceNodeContact& contact) {
-  const btScalar depth = btMax(btScalar(0), contact.m_margin - btScalar(found.contact.distance));
-  contact.m_margin += btScalar(share.count - 1) * depth;
+void DeformableContacts::carry(const MemberContact& found, const ContactShare& share, Entry& entry) {
+  const btScalar depth = btMax(btScalar(0), entry.m_margin - btScalar(found.contact.distance));
+  entry.m_margin += btScalar(share.count - 1) * depth;
 }
 
-void write_deformable_edge_contact(const MemberContact& found, DeformableContactBatch& out) {
+void DeformableContacts::add_edges(const MemberContact& found, SolverContactBatch<Entry>& out) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
   if (!have_velocities(*edge.nodes[0], *edge.face) || !have_velocities(*edge.nodes[1], *edge.face)) return;

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "bodies/world_mirror.hpp"
-#include "contacts/solver_contact_batch.hpp"
+#include "contacts/contact_notes.hpp"
 #include "softcd/bullet/edge_contact.hpp"
 
 /// Makes contacts for Bullet's own arrays, so that its solvers treat them as their own. Makes none if no node of either
@@ -15,6 +17,34 @@ namespace softcd::bullet {
 /// Factor of a node's motion by which Bullet's CollideVF_SS enlarges the node's margin.
 inline constexpr float kBulletMotionMargin = 2.0F;
 
+/// Contacts of solvers, made of some of a query's contacts in a row.
+template <class T>
+class SolverContactBatch {
+ public:
+  /// Contacts in a row that one body gets.
+  struct Run {
+    btSoftBody* body;
+    std::size_t first;  ///< in the batch
+    std::size_t count;
+    int place;  ///< of the first one in the body's array
+  };
+
+  void clear() {
+    contacts.clear();
+    runs.clear();
+    notes.clear();
+  }
+  void add(btSoftBody& body, const T& contact) {
+    if (runs.empty() || runs.back().body != &body) runs.push_back({&body, contacts.size(), 0, 0});
+    ++runs.back().count;
+    contacts.push_back(contact);
+  }
+
+  std::vector<T> contacts;
+  std::vector<Run> runs;
+  std::vector<ContactNotes::Note> notes;  ///< with places in the batch until write()
+};
+
 /// The share of a written contact, which may carry other contacts of its node that are not written.
 struct ContactShare {
   std::uint32_t count = 1;  ///< contacts that it carries, itself included; 0: it is not written
@@ -24,35 +54,47 @@ struct ContactShare {
 
 EdgeContact edge_contact_of(const MemberContact& found);
 
-/// Classic worlds: a vertex-triangle contact becomes an SContact of the vertex's body by the formulas of Bullet's
-/// CollideVF_SS, if these make a contact. With `dcd` the boxes of node and face in Bullet's trees have to overlap, too.
-/// Friction is the part of the sideways motion that Bullet's solver removes for a contact. A contact that carries
-/// several removes as much as all of them.
-/// Returns none where Bullet would make none. carry_others() makes the contact carry others, and turns it.
-std::optional<btSoftBody::SContact> soft_contact(const MemberContact& found, Detection detection);
-void carry_others(const ContactShare& share, btSoftBody::SContact& contact);
+/// Contacts of classic worlds: btSoftBody::SContact. Bullet's solver treats them in turn.
+struct ClassicContacts {
+  using Entry = btSoftBody::SContact;
+  static auto& array(btSoftBody& body) { return body.m_scontacts; }
 
-/// Classic worlds: returns whether the node goes through the face in this step, to the wrong side. That excludes a node
-/// that leaves another body, which is closed. It also excludes a node with an edge through the face when the step
-/// begins: then no side is known to be the right one.
-bool has_crossed_to_wrong_side(const MemberContact& found);
+  /// Makes a vertex-triangle contact of the vertex's body by the formulas of Bullet's CollideVF_SS. Returns none where
+  /// these make none. With `dcd` the boxes of node and face in Bullet's trees have to overlap, too.
+  static std::optional<Entry> contact_of(const MemberContact& found, Detection detection);
+  /// Returns whether the contact has to push the node back through the face: with `dcd`, if the node goes through the
+  /// face in this step, to the wrong side. That excludes a node that leaves another body, which is closed. It also
+  /// excludes a node with an edge through the face when the step begins: then no side is known to be the right one.
+  /// Contacts between bodies are turned only if contacts are chosen among (`is_chosen`).
+  static bool is_turned(const MemberContact& found, Detection detection, bool is_chosen);
+  /// Returns the margin_cut with which `one`, at `place` among the contacts that it carries, pushes as all of them
+  /// would. It is at most what the node's motion adds to both bodies' margins.
+  static btScalar margin_cut(const MemberContact& one, Span<const Entry> carried, std::size_t place);
+  /// Makes the contact carry others, and turns it. Friction is the part of the sideways motion that Bullet's solver
+  /// removes for a contact. A contact that carries several removes as much as all of them.
+  static void carry(const MemberContact& found, const ContactShare& share, Entry& entry);
+  /// Adds two contacts for an edge-edge contact, one for each node of one edge, with a face at the other edge. Together
+  /// they push the contact's points apart as one contact would.
+  static void add_edges(const MemberContact& found, SolverContactBatch<Entry>& out);
+};
 
-/// Classic worlds: returns the margin_cut with which `one`, at `place` among the contacts that it carries, pushes as
-/// all of them would. It is at most what the node's motion adds to both bodies' margins.
-btScalar soft_margin_cut(const MemberContact& one, Span<const btSoftBody::SContact> carried, std::size_t place);
+/// Contacts of the deformable world: btSoftBody::DeformableFaceNodeContact. All contacts of a query are within their
+/// margins. Springs push at the same time, so no contact ends the approach for another, and none is turned.
+struct DeformableContacts {
+  using Entry = btSoftBody::DeformableFaceNodeContact;
+  static auto& array(btSoftBody& body) { return body.m_faceNodeContacts; }
 
-/// Classic worlds: an edge-edge contact becomes two SContacts, one for each node of one edge, with a face at the other
-/// edge. Together they push the contact's points apart as one contact would.
-void write_soft_edge_contact(const MemberContact& found, SoftContactBatch& out);
-
-/// Deformable world: a vertex-triangle contact becomes a DeformableFaceNodeContact of the vertex's body by the formulas
-/// of Bullet's CollideVF_DD. Within a body, only where Bullet's rule (CollideFF_DD) has such contacts. A contact that
-/// carries several has a larger margin, so that Bullet's spring pushes as hard as all of them.
-std::optional<btSoftBody::DeformableFaceNodeContact> deformable_contact(const MemberContact& found);
-void carry_others(const MemberContact& found, const ContactShare& share,
-                  btSoftBody::DeformableFaceNodeContact& contact);
-
-/// Deformable world: an edge-edge contact becomes two DeformableFaceNodeContacts, as above.
-void write_deformable_edge_contact(const MemberContact& found, DeformableContactBatch& out);
+  /// Makes a vertex-triangle contact of the vertex's body by the formulas of Bullet's CollideVF_DD. Within a body, only
+  /// where Bullet's rule (CollideFF_DD) has such contacts.
+  static std::optional<Entry> contact_of(const MemberContact& found, Detection detection);
+  static bool is_turned(const MemberContact& /*found*/, Detection /*detection*/, bool /*is_chosen*/) { return false; }
+  static btScalar margin_cut(const MemberContact& /*one*/, Span<const Entry> /*carried*/, std::size_t /*place*/) {
+    return 0;
+  }
+  /// Enlarges the margin, so that Bullet's spring pushes as hard as the springs of all contacts that it carries.
+  static void carry(const MemberContact& found, const ContactShare& share, Entry& entry);
+  /// Adds two contacts for an edge-edge contact, as above.
+  static void add_edges(const MemberContact& found, SolverContactBatch<Entry>& out);
+};
 
 }  // namespace softcd::bullet

@@ -27,9 +27,8 @@ class EdgeSide {
 
   /// Returns whether a face at the edge certainly leads from the point on it in the direction.
   bool has_face_towards(Vec3d point, Vec3d direction) const {
-    const BodyMesh& mesh = member_.mesh;
-    for (std::uint32_t i = mesh.first_face_of_node[nodes_[0]]; i < mesh.first_face_of_node[nodes_[0] + 1]; ++i) {
-      const Triangle face = mesh.corners(mesh.faces_of_nodes[i]);
+    for (const std::uint32_t number : member_.mesh.faces_at(nodes_[0])) {
+      const Triangle face = member_.mesh.corners(number);
       if (!has_vertex(face, nodes_[1])) continue;
       const auto* const corner = std::find_if(std::begin(face.v), std::end(face.v), [this](std::uint32_t node) {
         return node != nodes_[0] && node != nodes_[1];
@@ -47,8 +46,7 @@ class EdgeSide {
   }
 
   Vec3d place_of(std::uint32_t node) const {
-    const btSoftBody::Node& n = body().m_nodes[static_cast<int>(node)];
-    return (1 - time_) * to_doubles(n.*start_) + time_ * to_doubles(n.*end_);
+    return (1 - time_) * member_.place(node, start_) + time_ * member_.place(node, end_);
   }
 
   const WorldMirror::Member& member_;

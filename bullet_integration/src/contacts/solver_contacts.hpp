@@ -45,7 +45,7 @@ class SolverContacts {
 /// The SolverContacts of one kind of world. `Kind` has the type and the array of contacts, and the formulas.
 template <class Kind>
 class SolverContactsOf final : public SolverContacts {
-  using T = typename Kind::Contact;
+  using T = typename Kind::Entry;
 
   /// Consecutive contacts of a query, as contacts of the solver.
   struct Batch : SolverContactBatch<T> {

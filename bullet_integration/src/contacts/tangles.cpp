@@ -40,14 +40,10 @@ bool are_clear_along_an_axis(const std::array<Vec3d, kCount>& x, std::size_t cou
   return false;
 }
 
-Vec3d place_of(const WorldMirror::Member& member, std::uint32_t node, NodePosition position) {
-  return to_doubles(member.body->m_nodes[static_cast<int>(node)].*position);
-}
-
 Corners corners_of(const WorldMirror::Member& member, std::uint32_t face, NodePosition position) {
   const Triangle triangle = member.mesh.corners(face);
   const std::uint32_t(&v)[3] = triangle.v;
-  return {place_of(member, v[0], position), place_of(member, v[1], position), place_of(member, v[2], position)};
+  return {member.place(v[0], position), member.place(v[1], position), member.place(v[2], position)};
 }
 
 class Plane {
@@ -63,7 +59,7 @@ class Plane {
   int side_of(Vec3d point) const {
     const Vec3d offset = point - origin_;
     const double volume = dot(normal_, offset);
-    const double error = error_ * max_norm(offset);
+    const double error = error_ * max_norm(offset) + std::numeric_limits<double>::min();
     return volume > error ? 1 : (volume < -error ? -1 : 0);
   }
 
@@ -77,9 +73,13 @@ int side_of_plane(Vec3d a, Vec3d b, Vec3d c, Vec3d point) {
   return -orientation(a, b, c, point);
 }
 
-/// Returns the sides of the other triangle's plane on which the corners lie.
+/// Returns the sides of the other triangle's plane on which the corners lie, or exactly 0 in the plane.
 std::array<int, 3> sides_of(const Corners& corners, const Corners& other) {
-  const auto side_of = [&other](Vec3d corner) { return side_of_plane(other[0], other[1], other[2], corner); };
+  const Plane plane(other[0], other[1] - other[0], other[2] - other[0]);
+  const auto side_of = [&](Vec3d corner) {
+    const int side = plane.side_of(corner);
+    return side != 0 ? side : side_of_plane(other[0], other[1], other[2], corner);
+  };
   return {side_of(corners[0]), side_of(corners[1]), side_of(corners[2])};
 }
 
@@ -142,11 +142,19 @@ Meeting meeting_of_faces(const Corners& a, const Corners& b) {
 /// Returns whether `holds` for one of the body's faces that have both nodes.
 template <class Predicate>
 bool any_face_with(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other, Predicate holds) {
-  for (std::uint32_t i = mesh.first_face_of_node[node]; i < mesh.first_face_of_node[node + 1]; ++i) {
-    const std::uint32_t face = mesh.faces_of_nodes[i];
-    if (has_vertex(mesh.corners(face), other) && holds(face)) return true;
-  }
-  return false;
+  const Span<const std::uint32_t> faces = mesh.faces_at(node);
+  return std::any_of(faces.begin(), faces.end(),
+                     [&](std::uint32_t face) { return has_vertex(mesh.corners(face), other) && holds(face); });
+}
+
+/// Returns whether `holds` for a node, other than these two, of a face that has both.
+template <class Predicate>
+bool any_other_corner(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other, Predicate holds) {
+  return any_face_with(mesh, node, other, [&](std::uint32_t face) {
+    const Triangle triangle = mesh.corners(face);
+    return std::any_of(std::begin(triangle.v), std::end(triangle.v),
+                       [&](std::uint32_t corner) { return corner != node && corner != other && holds(corner); });
+  });
 }
 
 /// Returns whether `holds` for a face at one feature and a face at the other that share no node.
@@ -254,7 +262,7 @@ class FeaturePair {
   FeaturePair(const Sides& sides, std::size_t count_a, const std::array<std::uint32_t, 4>& nodes)
       : sides_(sides), count_a_(count_a), nodes_(nodes) {
     for (std::size_t i = 0; i < 4; ++i) {
-      x_[i] = i < count_a ? place_of(sides.a, nodes[i], sides.start_a) : place_of(sides.b, nodes[i], sides.start_b);
+      x_[i] = i < count_a ? sides.a.place(nodes[i], sides.start_a) : sides.b.place(nodes[i], sides.start_b);
     }
     extent_ = std::max({max_norm(x_[1] - x_[0]), max_norm(x_[2] - x_[0]), max_norm(x_[3] - x_[0])});
   }
@@ -267,7 +275,7 @@ class FeaturePair {
   bool are_apart(const Touch& touch) const {
     if (orientation(x_[0], x_[1], x_[2], x_[3]) != 0) return true;
     return count_a_ == 2 && touch.nodes_a.size() == 1 && touch.nodes_b.size() == 1 &&
-           place_of(sides_.a, touch.nodes_a[0], sides_.start_a) != place_of(sides_.b, touch.nodes_b[0], sides_.start_b);
+           sides_.a.place(touch.nodes_a[0], sides_.start_a) != sides_.b.place(touch.nodes_b[0], sides_.start_b);
   }
 
   std::optional<Touch> touch() const {
@@ -280,8 +288,8 @@ class FeaturePair {
     }
     if (touch.nodes_a.empty() || touch.nodes_b.empty()) return {};  // a coordinate is not a number
     const bool is_node_of_b = touch.nodes_b.size() == 1 && touch.nodes_a.size() > 1;
-    touch.point = is_node_of_b ? place_of(sides_.b, touch.nodes_b[0], sides_.start_b)
-                               : place_of(sides_.a, touch.nodes_a[0], sides_.start_a);
+    touch.point = is_node_of_b ? sides_.b.place(touch.nodes_b[0], sides_.start_b)
+                               : sides_.a.place(touch.nodes_a[0], sides_.start_a);
     return touch;
   }
 
@@ -306,7 +314,7 @@ std::optional<Touch> touch_of(const MemberContact& found, const NodeEnds& ends) 
   const Contact& contact = found.contact;
   const std::uint32_t(&v)[4] = contact.vertices;
   const Sides sides(found, ends);
-  const FeaturePair features(sides, contact.kind == ContactKind::vertex_triangle ? 1 : 2, {v[0], v[1], v[2], v[3]});
+  const FeaturePair features(sides, static_cast<std::size_t>(vertices_of_a(contact)), {v[0], v[1], v[2], v[3]});
   constexpr double kRoundingOfContacts = 1e-5;
   if (double(contact.distance) > kRoundingOfContacts * features.extent()) return {};
   return features.touch();
@@ -380,30 +388,28 @@ bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides) 
   const std::uint32_t(&v)[4] = contact.vertices;
   const bool is_vertex = contact.kind == ContactKind::vertex_triangle;
   const Vec3d normal = vec3_cast<double>(contact.normal);
-  const Vec3d origin = place_of(sides.a, v[0], sides.start_a);
+  const std::uint32_t count_a = is_vertex ? 1 : 2;
+  const Vec3d origin = sides.a.place(v[0], sides.start_a);
   double extent = 0;
-  const auto height_of = [&](Vec3d corner) {
-    const Vec3d offset = corner - origin;
+  const auto height_of = [&](Vec3d place) {
+    const Vec3d offset = place - origin;
     extent = std::max(extent, max_norm(offset));
     return dot(offset, normal);
   };
 
   double highest_of_b = -std::numeric_limits<double>::infinity();
-  const auto raise = [&](std::uint32_t face) {
-    for (const Vec3d corner : corners_of(sides.b, face, sides.start_b)) {
-      highest_of_b = std::max(highest_of_b, height_of(corner));
-    }
+  const auto raise = [&](std::uint32_t node) {
+    highest_of_b = std::max(highest_of_b, height_of(sides.b.place(node, sides.start_b)));
     return false;
   };
-  is_vertex ? raise(contact.feature_b) : any_face_with(found.b.mesh, v[2], v[3], raise);
-  const auto is_in_the_way = [&](std::uint32_t face) {
-    const Corners corners = corners_of(sides.a, face, sides.start_a);
-    return std::any_of(corners.begin(), corners.end(), [&](Vec3d corner) {
-      const double gap = height_of(corner) - highest_of_b;
-      return !(gap > kClearGap * extent);
-    });
+  for (std::uint32_t i = count_a; i < 4; ++i) raise(v[i]);
+  if (!is_vertex) any_other_corner(found.b.mesh, v[2], v[3], raise);
+  const auto is_in_the_way = [&](std::uint32_t node) {
+    const double gap = height_of(sides.a.place(node, sides.start_a)) - highest_of_b;
+    return !(gap > kClearGap * extent);
   };
-  return !any_face_with(found.a.mesh, v[0], v[is_vertex ? 0 : 1], is_in_the_way);
+  return !is_in_the_way(v[0]) && !is_in_the_way(v[count_a - 1]) &&
+         !any_other_corner(found.a.mesh, v[0], v[count_a - 1], is_in_the_way);
 }
 
 /// Returns whether both features are links, for which intersections cannot be decided. A body has either links or
@@ -436,11 +442,7 @@ bool may_be_tangled_at_the_end(const MemberContact& found, const NodeEnds& ends)
 
 bool change_sides(const MemberContact& found, const NodeEnds& ends) {
   const auto side_at = [&found](NodePosition position_a, NodePosition position_b) {
-    const std::uint32_t(&v)[4] = found.contact.vertices;
-    const std::uint32_t count_a = found.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
-    const auto place = [&](std::uint32_t i) {
-      return i < count_a ? place_of(found.a, v[i], position_a) : place_of(found.b, v[i], position_b);
-    };
+    const auto place = [&](int i) { return to_doubles(found.node(i).*(found.is_of_a(i) ? position_a : position_b)); };
     return orientation(place(0), place(1), place(2), place(3));
   };
   const Sides sides(found, ends);
@@ -449,12 +451,7 @@ bool change_sides(const MemberContact& found, const NodeEnds& ends) {
 }
 
 void TangledNodes::add(const MemberContact& found) {
-  const int count_a = found.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
-  for (int i = 0; i < 4; ++i) {
-    const btSoftBody* const own = i < count_a ? found.a.body : found.b.body;
-    const btSoftBody* const other = i < count_a ? found.b.body : found.a.body;
-    nodes_.emplace(&own->m_nodes[static_cast<int>(found.contact.vertices[i])], other);
-  }
+  for (int i = 0; i < 4; ++i) add(found.node(i), *(found.is_of_a(i) ? found.b : found.a).body);
 }
 
 }  // namespace softcd::bullet

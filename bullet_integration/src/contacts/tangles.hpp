@@ -48,12 +48,10 @@ class TangledNodes {
   template <class ObjectOf>
   bool has_one_of(const MemberContact& found, ObjectOf object_of) const {
     if (nodes_.empty()) return false;
-    const int count_a = found.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
     const btCollisionObject& a = object_of(*found.a.body);
     const btCollisionObject& b = object_of(*found.b.body);
     for (int i = 0; i < 4; ++i) {
-      const btSoftBody& own = i < count_a ? *found.a.body : *found.b.body;
-      if (has(own.m_nodes[static_cast<int>(found.contact.vertices[i])], i < count_a ? b : a)) return true;
+      if (has(found.node(i), found.is_of_a(i) ? b : a)) return true;
     }
     return false;
   }

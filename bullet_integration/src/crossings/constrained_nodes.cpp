@@ -1,5 +1,7 @@
 #include "crossings/constrained_nodes.hpp"
 
+#include "native/arrays.hpp"
+
 namespace softcd::bullet {
 namespace {
 
@@ -38,16 +40,14 @@ void ConstrainedNodes::add_direction(const btSoftBody::Node& node, const btVecto
 }
 
 void ConstrainedNodes::add(const btSoftBody& body) {
-  for (int i = 0; i < body.m_nodeRigidContacts.size(); ++i) {
-    const btSoftBody::DeformableNodeRigidContact& contact = body.m_nodeRigidContacts[i];
+  for (const btSoftBody::DeformableNodeRigidContact& contact : span_of(body.m_nodeRigidContacts)) {
     add_direction(*contact.m_node, contact.m_cti.m_normal);
   }
-  for (int i = 0; i < body.m_faceRigidContacts.size(); ++i) {
-    const btSoftBody::DeformableFaceRigidContact& contact = body.m_faceRigidContacts[i];
+  for (const btSoftBody::DeformableFaceRigidContact& contact : span_of(body.m_faceRigidContacts)) {
     for (const btSoftBody::Node* node : contact.m_face->m_n) add_direction(*node, contact.m_cti.m_normal);
   }
-  for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
-    constraints_[body.m_deformableAnchors[i].m_node].anchor();
+  for (const btSoftBody::DeformableNodeRigidAnchor& anchor : span_of(body.m_deformableAnchors)) {
+    constraints_[anchor.m_node].anchor();
   }
 }
 

@@ -54,12 +54,10 @@ void add_gain(const btSoftBody& body, const NodeStates& before, CrossingAnswers&
 
 }  // namespace
 
-CrossingPrevention::CrossingPrevention(const CrossingsOfKind& kind, WorldMirror& mirror, const Settings& settings,
-                                       const AnswerRounds& rounds)
+CrossingPrevention::CrossingPrevention(const CrossingsOfKind& kind, WorldMirror& mirror, const Settings& settings)
     : kind_(kind),
       mirror_(mirror),
       settings_(settings),
-      rounds_(rounds),
       query_(mirror.scene(), crossing_options(settings)),
       obstacles_(mirror) {}
 
@@ -72,26 +70,22 @@ void CrossingPrevention::keep_starts(Span<btSoftBody* const> bodies) {
   starts_.clear();
   for (const btSoftBody* body : bodies) {
     if (body->m_cfg.diterations <= 0 || !has_vertex_face_contacts(kind_.ends, *body)) continue;
-    std::vector<btVector3>& starts = starts_[body];
-    for (int i = 0; i < body->m_nodes.size(); ++i) starts.push_back(body->m_nodes[i].*kind_.ends.start);
+    starts_[body] = values_of(*body, kind_.ends.start);
   }
 }
 
 void CrossingPrevention::restore_start(btSoftBody& body) const {
   const auto kept = starts_.find(&body);
   if (kept == starts_.end() || kept->second.size() != static_cast<std::size_t>(body.m_nodes.size())) return;
-  int i = 0;
-  for (const btVector3& start : kept->second) body.m_nodes[i++].*kind_.ends.start = start;
+  set_values(body, kind_.ends.start, kept->second);
 }
 
 void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
   NodeStates* const before = answered_.add(body);
   if (before == nullptr) return;
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    before->velocities.push_back(body.m_nodes[i].m_v);
-    before->split_velocities.push_back(body.m_nodes[i].m_splitv);
-    before->ends.push_back(body.m_nodes[i].*kind_.ends.end);
-  }
+  before->velocities = values_of(body, &btSoftBody::Node::m_v);
+  before->split_velocities = values_of(body, &btSoftBody::Node::m_splitv);
+  before->ends = values_of(body, kind_.ends.end);
   kind_.take_up(body, time_step);
   constrained_.add(body);
 }
@@ -105,21 +99,17 @@ void CrossingPrevention::take_up(Impact& impact, btScalar time_step) {
 }
 
 void CrossingPrevention::note_meeting(const Impact& impact) {
-  const int count_a = impact.contact.kind == ContactKind::vertex_triangle ? 1 : 2;
   for (int i = 0; i < 4; ++i) {
-    const btSoftBody& other = *impact.bodies[i < count_a ? 1 : 0];
+    const btSoftBody& other = *impact.bodies[i < vertices_of_a(impact.contact) ? 1 : 0];
     if (impact.nodes[i]->m_im > 0) impulses_.add(*impact.nodes[i], obstacles_.object_of(other));
   }
 }
 
 void CrossingPrevention::take_back() {
   for (const auto& [body, before] : answered_) {
-    for (std::size_t i = 0; i < before.ends.size(); ++i) {
-      btSoftBody::Node& node = body->m_nodes[static_cast<int>(i)];
-      node.m_v = before.velocities[i];
-      node.m_splitv = before.split_velocities[i];
-      node.*kind_.ends.end = before.ends[i];
-    }
+    set_values(*body, &btSoftBody::Node::m_v, before.velocities);
+    set_values(*body, &btSoftBody::Node::m_splitv, before.split_velocities);
+    set_values(*body, kind_.ends.end, before.ends);
   }
 }
 
@@ -250,9 +240,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   try {
     if (!impacts.empty()) answer(impacts, time_step);
     if (settings_.read_out == ReadOut::impulses) impulses_.measure(kind_, answered_, time_step);
-    const Span<btSoftBody* const> named = neighbours_.empty() ? bodies : neighbours_;
-    name_unavoidable(named);
-    name_released(named);
+    name_new_pairs(neighbours_.empty() ? bodies : neighbours_);
   } catch (...) {
     take_back();
     throw;
@@ -267,18 +255,18 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   HeldNodes held(kind_, constrained_);
   int gaps = 0;
   answers_.impacts = impacts.size();
-  while (!impacts.empty() && answers_.rounds < rounds_.last) {
+  while (!impacts.empty() && answers_.rounds < kind_.rounds.last) {
     for (Impact& impact : impacts) take_up(impact, time_step);
-    if (answers_.rounds < rounds_.impulses) {
+    if (answers_.rounds < kind_.rounds.impulses) {
       // Also applies the earlier rounds' impacts: the response to one impact alone can bring back another.
       answered.insert(answered.end(), impacts.begin(), impacts.end());
       apply_inelastic_impulses(answered);
-    } else if (answers_.rounds < rounds_.zones && held.empty() && zones.join(impacts)) {
+    } else if (answers_.rounds < kind_.rounds.zones && held.empty() && zones.join(impacts)) {
       zones.move_as_one();
     } else if (gaps < kMostGaps && held.empty() &&
                set_apart(impacts, kind_.passing_velocity, kLeastGap * btPow(kGapGrowth, btScalar(gaps)), time_step)) {
       ++gaps;
-    } else if (answers_.rounds < rounds_.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) {
+    } else if (answers_.rounds < kind_.rounds.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) {
       break;
     }
     ++answers_.rounds;
@@ -303,25 +291,25 @@ void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
   }
 }
 
-void CrossingPrevention::name_unavoidable(Span<btSoftBody* const> bodies) const {
-  const std::string pairs =
-      settings_.log ? tangled_.describe_new(TangleReason::unavoidable, mirror_, bodies) : std::string();
-  if (pairs.empty()) return;
-  settings_.log(LogLevel::warning,
-                "prevention of crossings: in " + std::to_string(answers_.unavoidable) + " impacts of " + pairs +
-                    " a body is crossed by features that the app moves (nodes without mass, nodes on anchors, or rigid "
-                    "meshes) and has no place to go; move them less in a step, or leave more space in front of them "
-                    "(reported once until these bodies separate)");
-}
-
-void CrossingPrevention::name_released(Span<btSoftBody* const> bodies) const {
-  const std::string pairs = settings_.log ? tangled_.describe_new(TangleReason::start, mirror_, bodies) : std::string();
-  if (pairs.empty()) return;
-  settings_.log(LogLevel::warning,
-                "prevention of crossings: bodies already intersect at the start of the step, and may move through each "
-                "other there until they separate, in " +
-                    std::to_string(answers_.excepted) + " pairs of features in this step: " + pairs +
-                    " (reported once until these bodies separate; their other crossings are still prevented)");
+/// Warns of the pairs of these bodies that are new in this step.
+void CrossingPrevention::name_new_pairs(Span<btSoftBody* const> bodies) const {
+  if (!settings_.log) return;
+  const auto name = [&](TangleReason reason, auto text_of) {
+    const std::string pairs = tangled_.describe_new(reason, mirror_, bodies);
+    if (!pairs.empty()) settings_.log(LogLevel::warning, "prevention of crossings: " + text_of(pairs));
+  };
+  name(TangleReason::unavoidable, [this](const std::string& pairs) {
+    return "in " + std::to_string(answers_.unavoidable) + " impacts of " + pairs +
+           " a body is crossed by features that the app moves (nodes without mass, nodes on anchors, or rigid meshes) "
+           "and has no place to go; move them less in a step, or leave more space in front of them (reported once "
+           "until these bodies separate)";
+  });
+  name(TangleReason::start, [this](const std::string& pairs) {
+    return "bodies already intersect at the start of the step, and may move through each other there until they "
+           "separate, in " +
+           std::to_string(answers_.excepted) + " pairs of features in this step: " + pairs +
+           " (reported once until these bodies separate; their other crossings are still prevented)";
+  });
 }
 
 }  // namespace softcd::bullet

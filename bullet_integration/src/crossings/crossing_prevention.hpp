@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -15,16 +14,6 @@
 #include "softcd/bullet/world_detection.hpp"
 
 namespace softcd::bullet {
-
-/// The number of rounds after which each stronger response to impacts starts: zones after `impulses` (as many as
-/// Bullet's own loop in the deformable world tries), single held nodes after `zones`, whole held bodies after `nodes`.
-/// The search ends after `last`.
-struct AnswerRounds {
-  std::uint64_t impulses = 5;
-  std::uint64_t zones = 25;
-  std::uint64_t nodes = 40;
-  std::uint64_t last = std::numeric_limits<std::uint64_t>::max();
-};
 
 /// Last pass of a step with continuous detection. Changes the nodes' end positions until no node crosses a face on its
 /// straight path. If edge contacts get responses, no edge crosses an edge either. Margins do not count. Rigid triangle
@@ -40,8 +29,7 @@ class CrossingPrevention {
   using Kind = CrossingsOfKind;
 
   /// `kind`, `mirror` and `settings` must outlive it.
-  CrossingPrevention(const CrossingsOfKind& kind, WorldMirror& mirror, const Settings& settings,
-                     const AnswerRounds& rounds = {});
+  CrossingPrevention(const CrossingsOfKind& kind, WorldMirror& mirror, const Settings& settings);
   CrossingPrevention(const CrossingPrevention&) = delete;
   CrossingPrevention& operator=(const CrossingPrevention&) = delete;
 
@@ -91,13 +79,11 @@ class CrossingPrevention {
   void take_back();
   void update_positions(const HeldNodes& held, btScalar time_step);
   void count_unavoidable(const std::vector<Impact>& impacts);
-  void name_unavoidable(Span<btSoftBody* const> bodies) const;
-  void name_released(Span<btSoftBody* const> bodies) const;
+  void name_new_pairs(Span<btSoftBody* const> bodies) const;
 
   const CrossingsOfKind& kind_;
   WorldMirror& mirror_;
   const Settings& settings_;
-  AnswerRounds rounds_;
   Query query_;
   std::unordered_map<const btSoftBody*, std::vector<btVector3>> starts_;
   AnsweredBodies answered_;

@@ -10,22 +10,16 @@ namespace classic {
 /// Sleeping bodies have no prediction: their m_q, from their last step, has no meaning.
 void set_out(btSoftBody& body, btScalar /*time_step*/) {
   if (body.isActive()) return;
-  for (int i = 0; i < body.m_nodes.size(); ++i) body.m_nodes[i].m_q = body.m_nodes[i].m_x;
+  for (Node& node : span_of(body.m_nodes)) node.m_q = node.m_x;
 }
 
 /// Sets the nodes' velocities to the mean ones of the step.
 void take_up(btSoftBody& body, btScalar time_step) {
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    Node& node = body.m_nodes[i];
-    node.m_v = (node.m_x - node.m_q) / time_step;
-  }
+  for (Node& node : span_of(body.m_nodes)) node.m_v = (node.m_x - node.m_q) / time_step;
 }
 
 void move_end(btSoftBody& body, btScalar time_step) {
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    Node& node = body.m_nodes[i];
-    node.m_x = node.m_q + time_step * node.m_v;
-  }
+  for (Node& node : span_of(body.m_nodes)) node.m_x = node.m_q + time_step * node.m_v;
 }
 
 void push(Node& node, const btVector3& velocity, const btVector3& shift, btScalar time_step) {
@@ -37,10 +31,7 @@ void push(Node& node, const btVector3& velocity, const btVector3& shift, btScala
 /// for the contacts of later bodies after it has set the body's velocities. If the changes of the mean velocities were
 /// added to them, they could gain energy.
 void finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones) {
-  for (const auto& [body, before] : answered) {
-    int node = 0;
-    for (const btVector3& velocity : before.velocities) body->m_nodes[node++].m_v = velocity;
-  }
+  for (const auto& [body, before] : answered) set_values(*body, &Node::m_v, before.velocities);
   apply_inelastic_impulses(impacts);
   zones.move_as_one();
   for (const auto& [body, before] : answered) {
@@ -55,13 +46,11 @@ namespace deformable {
 /// Moves the nodes' ends as Bullet will. Bullet has already moved the rigid objects of anchors.
 void move_end(btSoftBody& body, btScalar time_step) {
   const btScalar fastest = body.getWorldInfo()->m_maxDisplacement / time_step;
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    Node& node = body.m_nodes[i];
+  for (Node& node : span_of(body.m_nodes)) {
     for (int axis = 0; axis < 3; ++axis) btClamp(node.m_v[axis], -fastest, fastest);
     node.m_q = node.m_x + time_step * (node.m_v + node.m_splitv);
   }
-  for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
-    const btSoftBody::DeformableNodeRigidAnchor& anchor = body.m_deformableAnchors[i];
+  for (const btSoftBody::DeformableNodeRigidAnchor& anchor : span_of(body.m_deformableAnchors)) {
     anchor.m_node->m_q = anchor.m_cti.m_colObj->getWorldTransform() * anchor.m_local;
   }
 }
@@ -71,7 +60,7 @@ void move_end(btSoftBody& body, btScalar time_step) {
 void set_out(btSoftBody& body, btScalar time_step) {
   move_end(body, time_step);
   if (body.isActive()) return;
-  for (int i = 0; i < body.m_nodes.size(); ++i) body.m_nodes[i].m_splitv = -body.m_nodes[i].m_v;
+  for (Node& node : span_of(body.m_nodes)) node.m_splitv = -node.m_v;
   move_end(body, time_step);
 }
 
@@ -89,8 +78,8 @@ void hold(Node& node) {
 
 /// Gives nodes on anchors the velocities that lead to their anchors. Their own velocities are restored in finish().
 void take_up(btSoftBody& body, btScalar time_step) {
-  for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
-    Node& node = *body.m_deformableAnchors[i].m_node;
+  for (const btSoftBody::DeformableNodeRigidAnchor& anchor : span_of(body.m_deformableAnchors)) {
+    Node& node = *anchor.m_node;
     node.m_v = (node.m_q - node.m_x) / time_step - node.m_splitv;
   }
 }
@@ -98,8 +87,8 @@ void take_up(btSoftBody& body, btScalar time_step) {
 /// Restores the velocities of nodes on anchors. All other nodes keep the velocities that the responses gave them.
 void finish(const AnsweredBodies& answered, const std::vector<Impact>& /*impacts*/, ImpactZones& /*zones*/) {
   for (const auto& [body, before] : answered) {
-    for (int i = 0; i < body->m_deformableAnchors.size(); ++i) {
-      Node& node = *body->m_deformableAnchors[i].m_node;
+    for (const btSoftBody::DeformableNodeRigidAnchor& anchor : span_of(body->m_deformableAnchors)) {
+      Node& node = *anchor.m_node;
       node.m_v = before.velocities[static_cast<std::size_t>(&node - &body->m_nodes[0])];
     }
   }

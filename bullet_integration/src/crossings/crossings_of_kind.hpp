@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -35,7 +37,17 @@ class AnsweredBodies {
   std::unordered_set<const btSoftBody*> known_;
 };
 
-/// The differences between the kinds of world in the prevention of crossings.
+/// The number of rounds after which each stronger response to impacts starts: zones after `impulses` (as many as
+/// Bullet's own loop in the deformable world tries), single held nodes after `zones`, whole held bodies after `nodes`.
+/// The search ends after `last`.
+struct AnswerRounds {
+  std::uint64_t impulses = 5;
+  std::uint64_t zones = 25;
+  std::uint64_t nodes = 40;
+  std::uint64_t last = std::numeric_limits<std::uint64_t>::max();
+};
+
+/// The differences between the kinds of world in the prevention of crossings, and its constants.
 struct CrossingsOfKind {
   const NodeEnds& ends;
 
@@ -56,6 +68,7 @@ struct CrossingsOfKind {
   void (*hold)(btSoftBody::Node&);
   /// Called once for all bodies when the ends are final. `impacts` and `zones` are those with a response.
   void (*finish)(const AnsweredBodies&, const std::vector<Impact>& impacts, ImpactZones& zones);
+  AnswerRounds rounds = {};
 };
 
 extern const CrossingsOfKind kClassicCrossings, kDeformableCrossings;

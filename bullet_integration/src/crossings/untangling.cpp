@@ -227,14 +227,14 @@ Triangle Untangling::corners_of(BodyId id, std::uint32_t triangle) const {
 
 Vec3d Untangling::start_of_node(BodyId id, std::uint32_t node) const {
   if (const NearRigidPart* const part = find_part(id)) return part->shape->x_t0()[node];
-  const btSoftBody& body = *mirror_.member(id).body;
-  return to_doubles(body.m_nodes[static_cast<int>(node)].*start_of(kind_.ends, body));
+  const Member& member = mirror_.member(id);
+  return member.place(node, start_of(kind_.ends, *member.body));
 }
 
 /// Releases a node from contacts with the other body. Vertices of meshes have no contacts of their own.
 void Untangling::release(BodyId id, std::uint32_t node, BodyId other) {
   if (find_part(id) != nullptr) return;
-  nodes_.add(mirror_.member(id).body->m_nodes[static_cast<int>(node)], object_of(other));
+  nodes_.add(mirror_.member(id).node(node), object_of(other));
 }
 
 /// Adds the way, with the ends at vertices of a mesh as one end of its object.

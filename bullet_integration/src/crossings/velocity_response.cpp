@@ -75,15 +75,13 @@ btScalar make_inelastic(const Impact& impact) {
 
 Impact impact_of(const MemberContact& found) {
   const Contact& contact = found.contact;
-  const int count_a = contact.kind == ContactKind::vertex_triangle ? 1 : 2;
   Impact impact;
   impact.contact = contact;
   impact.bodies[0] = found.a.body;
   impact.bodies[1] = found.b.body;
   for (int i = 0; i < 4; ++i) {
-    btSoftBody& body = i < count_a ? *found.a.body : *found.b.body;
-    impact.nodes[i] = &body.m_nodes[static_cast<int>(contact.vertices[i])];
-    impact.weights[i] = btScalar(i < count_a ? contact.weights[i] : -contact.weights[i]);
+    impact.nodes[i] = &found.node(i);
+    impact.weights[i] = btScalar(found.is_of_a(i) ? contact.weights[i] : -contact.weights[i]);
   }
   impact.normal = to_bullet(contact.normal);
   impact.friction = found.a.body->m_cfg.kDF * found.b.body->m_cfg.kDF;

@@ -46,7 +46,7 @@ bool NodesOnWaysOut::look_up(const WayOut& way) {
     if (member == nullptr || end.node >= static_cast<std::uint32_t>(member->body->m_nodes.size())) return false;
     btSoftBody& body = *member->body;
     hold_anchored(body);
-    btSoftBody::Node& node = body.m_nodes[static_cast<int>(end.node)];
+    btSoftBody::Node& node = member->node(end.node);
     const bool is_held = !body.isActive() || anchored_.count(&node) > 0;
     moved_.push_back({&node, end.direction, node.*start_of(kind_.ends, body), is_held ? btScalar(0) : node.m_im});
   }

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "BulletSoftBody/btSoftBodySolvers.h"
+#include "native/at_end.hpp"
 #include "native/native_trees.hpp"
 
 namespace softcd::bullet {
@@ -18,32 +19,25 @@ void collide_deformable(btSoftBody& a, btSoftBody& b) {
 /// A bit of btSoftBody::m_cfg.collisions that nothing in Bullet reads.
 constexpr int kFaceTreeIsOurs = 1 << 27;
 
-/// Gives bodies without a face tree one for its lifetime, so that Bullet can find vertex-face contacts.
-class NativeTreesBuilt {
- public:
-  /// Calls refit(body) for each body.
-  NativeTreesBuilt(Span<btSoftBody* const> bodies, void (*refit)(btSoftBody&)) : bodies_(bodies) {
-    for (btSoftBody* body : bodies_) {
-      if (body->m_fdbvt.empty()) {
-        body->m_cfg.collisions |= kFaceTreeIsOurs;
-        build_face_tree(*body);
-      }
-      refit(*body);
+/// Gives bodies without a face tree one until remove_built_trees(), so that Bullet can find vertex-face contacts. Calls
+/// refit(body) for each body.
+void build_missing_trees(Span<btSoftBody* const> bodies, void (*refit)(btSoftBody&)) {
+  for (btSoftBody* body : bodies) {
+    if (body->m_fdbvt.empty()) {
+      body->m_cfg.collisions |= kFaceTreeIsOurs;
+      build_face_tree(*body);
     }
+    refit(*body);
   }
-  ~NativeTreesBuilt() {
-    for (btSoftBody* body : bodies_) {
-      if ((body->m_cfg.collisions & kFaceTreeIsOurs) == 0) continue;
-      body->m_cfg.collisions &= ~kFaceTreeIsOurs;
-      remove_face_tree(*body);
-    }
-  }
-  NativeTreesBuilt(const NativeTreesBuilt&) = delete;
-  NativeTreesBuilt& operator=(const NativeTreesBuilt&) = delete;
+}
 
- private:
-  Span<btSoftBody* const> bodies_;
-};
+void remove_built_trees(Span<btSoftBody* const> bodies) {
+  for (btSoftBody* body : bodies) {
+    if ((body->m_cfg.collisions & kFaceTreeIsOurs) == 0) continue;
+    body->m_cfg.collisions &= ~kFaceTreeIsOurs;
+    remove_face_tree(*body);
+  }
+}
 
 bool has_contacts_within(const btSoftBody& body) {
   return (body.m_cfg.collisions & btSoftBody::fCollision::SVSmask) == btSoftBody::fCollision::VF_DD;
@@ -52,7 +46,8 @@ bool has_contacts_within(const btSoftBody& body) {
 }  // namespace
 
 void detect_classic_contacts(Span<btSoftBody* const> bodies, const PairGate& gate, const PairRule& rule) {
-  const NativeTreesBuilt built(bodies, refit_classic_trees);
+  build_missing_trees(bodies, refit_classic_trees);
+  const AtEnd detected([bodies] { remove_built_trees(bodies); });
   const btBroadphasePair* pairs = gate.pair_cache().getOverlappingPairArrayPtr();
   for (int i = 0; i < gate.pair_cache().getNumOverlappingPairs(); ++i) {
     const auto [a, b] = soft_bodies_of(pairs[i]);
@@ -62,10 +57,11 @@ void detect_classic_contacts(Span<btSoftBody* const> bodies, const PairGate& gat
 }
 
 void detect_deformable_contacts(Span<btSoftBody* const> bodies, const PairGate& /*gate*/, const PairRule& rule) {
-  const NativeTreesBuilt built(bodies, [](btSoftBody& body) {
+  build_missing_trees(bodies, [](btSoftBody& body) {
     body.updateNodeTree(/*use_velocity=*/true, /*margin=*/true);
     body.updateFaceTree(/*use_velocity=*/true, /*margin=*/true);
   });
+  const AtEnd detected([bodies] { remove_built_trees(bodies); });
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (has_contacts_within(*bodies[i])) collide_deformable(*bodies[i], *bodies[i]);
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "native/arrays.hpp"
 #include "native/tree_shape.hpp"
 #include "softcd/bullet/world_detection.hpp"
 
@@ -37,8 +38,8 @@ NeighbourLists neighbours_of_nodes(const btSoftBody& body) {
   std::vector<std::pair<int, int>> pairs;
   pairs.reserve(static_cast<std::size_t>(body.m_links.size()));
   const auto index_of = [&](const btSoftBody::Node* node) { return static_cast<int>(node - &body.m_nodes[0]); };
-  for (int i = 0; i < body.m_links.size(); ++i) {
-    pairs.emplace_back(index_of(body.m_links[i].m_n[0]), index_of(body.m_links[i].m_n[1]));
+  for (const btSoftBody::Link& link : span_of(body.m_links)) {
+    pairs.emplace_back(index_of(link.m_n[0]), index_of(link.m_n[1]));
   }
   return {body.m_nodes.size(), pairs};
 }
@@ -94,11 +95,10 @@ void build_tree(btDbvt& tree, Things& things, const TreeShape& shape) {
     node->childs[1] = nullptr;
     return nodes[added++] = node;
   };
-  for (int i = 0; i < things.size(); ++i) {
-    btDbvtNode* leaf = add();
-    leaf->volume = volume_of(things[i]);
-    leaf->data = &things[i];
-    things[i].m_leaf = leaf;
+  for (auto& thing : span_of(things)) {
+    thing.m_leaf = add();
+    thing.m_leaf->volume = volume_of(thing);
+    thing.m_leaf->data = &thing;
   }
   for (const auto& children : shape) {
     btDbvtNode* node = add();
@@ -126,8 +126,7 @@ void add_face_tree(btSoftBody& body) {
   try {
     build_tree(body.m_fdbvt, body.m_faces, tree_shape(neighbours_of_faces(body)));
   } catch (const std::bad_alloc&) {
-    for (int i = 0; i < body.m_faces.size(); ++i) {
-      btSoftBody::Face& face = body.m_faces[i];
+    for (btSoftBody::Face& face : span_of(body.m_faces)) {
       face.m_leaf = body.m_fdbvt.insert(volume_of(face), &face);
     }
   }
@@ -155,7 +154,7 @@ btDbvtVolume predicted_leaf(const btSoftBody& body, btDbvtVolume box, const btVe
 
 void remove_face_tree(btSoftBody& body) {
   body.m_fdbvt.clear();
-  for (int i = 0; i < body.m_faces.size(); ++i) body.m_faces[i].m_leaf = nullptr;
+  for (btSoftBody::Face& face : span_of(body.m_faces)) face.m_leaf = nullptr;
   delete body.m_fdbvnt;
   body.m_fdbvnt = nullptr;
 }
@@ -216,8 +215,7 @@ void NodeTreesAtRest::put_boundless_leaf(Kept& kept) {
   kept.boundless.childs[0] = nullptr;
   kept.boundless.childs[1] = nullptr;
   kept.body->m_ndbvt.m_root = &kept.boundless;
-  btSoftBody::tNodeArray& nodes = kept.body->m_nodes;
-  for (int n = 0; n < nodes.size(); ++n) nodes[n].m_leaf = &kept.boundless;
+  for (btSoftBody::Node& node : span_of(kept.body->m_nodes)) node.m_leaf = &kept.boundless;
 }
 
 NodeTreesAtRest::~NodeTreesAtRest() {
@@ -265,14 +263,14 @@ void FaceTreesAway::give_back(const Taken& taken) {
   }
 }
 
-VertexFaceTestsOff::VertexFaceTestsOff(Span<btSoftBody* const> bodies) : bodies_(bodies) {
-  for (btSoftBody* body : bodies_) {
+void turn_vertex_face_tests_off(Span<btSoftBody* const> bodies) {
+  for (btSoftBody* body : bodies) {
     if (std::exchange(body->m_softSoftCollision, false)) body->m_cfg.collisions |= kHiddenSoftSoftCollision;
   }
 }
 
-VertexFaceTestsOff::~VertexFaceTestsOff() {
-  for (btSoftBody* body : bodies_) {
+void turn_vertex_face_tests_on(Span<btSoftBody* const> bodies) {
+  for (btSoftBody* body : bodies) {
     if ((body->m_cfg.collisions & kHiddenSoftSoftCollision) != 0) body->m_softSoftCollision = true;
     replace_bits(body->m_cfg.collisions, kHiddenSoftSoftCollision, 0);
   }
@@ -299,9 +297,9 @@ btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Face& face) 
 
 void refit_classic_trees(btSoftBody& body) {
   const auto refit = [&](btDbvt& tree, auto& things) {
-    for (int i = 0; i < things.size(); ++i) {
-      btDbvtVolume box = classic_leaf(body, things[i]);
-      tree.update(things[i].m_leaf, box);
+    for (auto& thing : span_of(things)) {
+      btDbvtVolume box = classic_leaf(body, thing);
+      tree.update(thing.m_leaf, box);
     }
   };
   refit(body.m_ndbvt, body.m_nodes);

@@ -87,33 +87,19 @@ class FaceTreesAway {
   std::vector<Taken> taken_;
 };
 
-/// Keeps Bullet's dispatch from finding vertex-face contacts (VF_DD) in the deformable world while it lives. A bit of
-/// softcd's replaces btSoftBody::m_softSoftCollision.
-class VertexFaceTestsOff {
- public:
-  explicit VertexFaceTestsOff(Span<btSoftBody* const> bodies);
-  ~VertexFaceTestsOff();
-  VertexFaceTestsOff(const VertexFaceTestsOff&) = delete;
-  VertexFaceTestsOff& operator=(const VertexFaceTestsOff&) = delete;
-
- private:
-  Span<btSoftBody* const> bodies_;
-};
+/// Keeps Bullet's dispatch from finding vertex-face contacts (VF_DD) in the deformable world until
+/// turn_vertex_face_tests_on(). A bit of softcd's replaces btSoftBody::m_softSoftCollision.
+void turn_vertex_face_tests_off(Span<btSoftBody* const> bodies);
+void turn_vertex_face_tests_on(Span<btSoftBody* const> bodies);
 
 /// Calls refit(body), at least once, for each soft body whose box overlaps a rigid one's: Bullet's soft-rigid test is
 /// about to read its trees.
 template <class Refit>
 void for_each_near_rigid(btOverlappingPairCache& pair_cache, Refit refit) {
-  const btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();
   const btSoftBody* last = nullptr;
-  for (int i = 0; i < pair_cache.getNumOverlappingPairs(); ++i) {
-    const auto [a, b] = soft_bodies_of(pairs[i]);
-    if ((a == nullptr) == (b == nullptr)) continue;
-    btSoftBody* soft = a != nullptr ? a : b;
-    if (soft == last) continue;
-    refit(*soft);
-    last = soft;
-  }
+  for_each_pair_with_rigid(pair_cache, [&](const btBroadphasePair& /*pair*/, btSoftBody& soft) {
+    if (std::exchange(last, &soft) != &soft) refit(soft);
+  });
 }
 
 /// Refits the trees that the deformable soft-rigid test reads: that of the nodes, and with SDF_RDF or SDF_MDF that of

@@ -1,9 +1,10 @@
 #include "native/pair_gate.hpp"
 
-#include <optional>
+#include <utility>
 
 #include "BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
+#include "native/at_end.hpp"
 #include "native/registered_algorithm.hpp"
 
 namespace softcd::bullet {
@@ -40,36 +41,29 @@ struct RecordingCreateFunc : public btCollisionAlgorithmCreateFunc {
   }
 };
 
-/// A pair made for the callback only: it must also judge pairs that the app's broad phase has not found (fast bodies).
-class AskedPair {
- public:
-  AskedPair(btDispatcher& dispatcher, btBroadphaseProxy& a, btBroadphaseProxy& b)
-      : pair(a, b), dispatcher_(dispatcher) {}
-  ~AskedPair() {
-    if (pair.m_algorithm == nullptr) return;
-    pair.m_algorithm->~btCollisionAlgorithm();
-    dispatcher_.freeCollisionAlgorithm(pair.m_algorithm);
-  }
-  AskedPair(const AskedPair&) = delete;
-  AskedPair& operator=(const AskedPair&) = delete;
-
-  btBroadphasePair pair;
-
- private:
-  btDispatcher& dispatcher_;
-};
-
 bool near_callback_admits(btCollisionDispatcher& dispatcher, const btCollisionObject& a, const btCollisionObject& b,
                           const btDispatcherInfo& info) {
   RecordingCreateFunc create;
   const int type_a = a.getCollisionShape()->getShapeType();
   const int type_b = b.getCollisionShape()->getShapeType();
-  const RegisteredAlgorithm recorder(dispatcher, type_a, type_b, create);
-  std::optional<RegisteredAlgorithm> turned;
-  if (type_a != type_b) turned.emplace(dispatcher, type_b, type_a, create);
-  AskedPair asked(dispatcher, const_cast<btBroadphaseProxy&>(*a.getBroadphaseHandle()),
-                  const_cast<btBroadphaseProxy&>(*b.getBroadphaseHandle()));
-  dispatcher.getNearCallback()(asked.pair, dispatcher, info);
+  // Restores an entry, unless it has changed again.
+  const auto record = [&](int type0, int type1) {
+    btCollisionAlgorithmCreateFunc*& entry = registered_algorithm(dispatcher, type0, type1);
+    return AtEnd([&entry, &create, original = std::exchange(entry, &create)] {
+      if (entry == &create) entry = original;
+    });
+  };
+  const auto recorded = record(type_a, type_b);
+  const auto recorded_swapped = record(type_b, type_a);
+  // A pair made for the callback only: it must also judge pairs that the app's broad phase has not found (fast bodies).
+  btBroadphasePair pair(const_cast<btBroadphaseProxy&>(*a.getBroadphaseHandle()),
+                        const_cast<btBroadphaseProxy&>(*b.getBroadphaseHandle()));
+  const AtEnd judged([&] {
+    if (pair.m_algorithm == nullptr) return;
+    pair.m_algorithm->~btCollisionAlgorithm();
+    dispatcher.freeCollisionAlgorithm(pair.m_algorithm);
+  });
+  dispatcher.getNearCallback()(pair, dispatcher, info);
   return create.admitted;
 }
 

@@ -17,6 +17,16 @@ inline std::pair<btSoftBody*, btSoftBody*> soft_bodies_of(const btBroadphasePair
           btSoftBody::upcast(static_cast<btCollisionObject*>(pair.m_pProxy1->m_clientObject))};
 }
 
+/// Calls visit(pair, soft) for each pair of a soft body with another object.
+template <class Visit>
+void for_each_pair_with_rigid(btOverlappingPairCache& pair_cache, Visit visit) {
+  btBroadphasePair* const pairs = pair_cache.getOverlappingPairArrayPtr();
+  for (int i = 0; i < pair_cache.getNumOverlappingPairs(); ++i) {
+    const auto [a, b] = soft_bodies_of(pairs[i]);
+    if ((a == nullptr) != (b == nullptr)) visit(pairs[i], *(a != nullptr ? a : b));
+  }
+}
+
 /// Decides whether two objects may collide, by everything that Bullet asks except the bodies' flags: filter groups and
 /// masks or the overlap filter callback, the dispatcher's near callback, and through it activation and ignored pairs.
 class PairGate {

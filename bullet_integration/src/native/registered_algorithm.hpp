@@ -13,24 +13,4 @@ inline btCollisionAlgorithmCreateFunc*& registered_algorithm(btCollisionDispatch
   return Table::of(dispatcher)[type0][type1];
 }
 
-/// While it lives, `dispatcher` makes the algorithms for pairs of these types of shapes with `create`. Its destructor
-/// restores the former entry, unless the entry has changed again.
-class RegisteredAlgorithm {
- public:
-  RegisteredAlgorithm(btCollisionDispatcher& dispatcher, int type0, int type1, btCollisionAlgorithmCreateFunc& create)
-      : entry_(registered_algorithm(dispatcher, type0, type1)), create_(&create), original_(entry_) {
-    entry_ = create_;
-  }
-  ~RegisteredAlgorithm() {
-    if (entry_ == create_) entry_ = original_;
-  }
-  RegisteredAlgorithm(const RegisteredAlgorithm&) = delete;
-  RegisteredAlgorithm& operator=(const RegisteredAlgorithm&) = delete;
-
- private:
-  btCollisionAlgorithmCreateFunc*& entry_;
-  btCollisionAlgorithmCreateFunc* create_;
-  btCollisionAlgorithmCreateFunc* original_;
-};
-
 }  // namespace softcd::bullet

@@ -63,9 +63,7 @@ struct Part {
   const WorldMirror::Member* soft;  ///< null for a rigid part
   const RigidSurface* surface;      ///< null for a soft body
 
-  Vec3d vertex(std::uint32_t v) const {
-    return soft != nullptr ? to_doubles(soft->body->m_nodes[static_cast<int>(v)].m_x) : surface->x()[v];
-  }
+  Vec3d vertex(std::uint32_t v) const { return soft != nullptr ? soft->place(v, kPresentEnds.end) : surface->x()[v]; }
   double margin() const {
     return double(soft != nullptr ? object->getCollisionShape()->getMargin() : surface->margin());
   }

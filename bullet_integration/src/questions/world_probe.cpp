@@ -71,8 +71,8 @@ struct WorldProbe::Implementation {
 
   std::vector<btSoftBody*> all_soft_bodies() const {
     std::vector<btSoftBody*> all;
-    for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
-      if (btSoftBody* const soft = btSoftBody::upcast(world.getCollisionObjectArray()[i])) all.push_back(soft);
+    for (btCollisionObject* object : span_of(world.getCollisionObjectArray())) {
+      if (btSoftBody* const soft = btSoftBody::upcast(object)) all.push_back(soft);
     }
     return all;
   }
@@ -122,8 +122,7 @@ void WorldProbe::contact_test(btCollisionObject& object, btCollisionWorld::Conta
     world.contactTest(&object, of_rigid_objects);
   }
   std::vector<btCollisionObject*> others;
-  for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
-    btCollisionObject* const other = world.getCollisionObjectArray()[i];
+  for (btCollisionObject* other : span_of(world.getCollisionObjectArray())) {
     const bool is_asked = other != &object && (is_soft || btSoftBody::upcast(other) != nullptr);
     if (is_asked && callback.needsCollision(other->getBroadphaseHandle())) others.push_back(other);
   }

@@ -78,16 +78,4 @@ class WorldRays {
   Failures failures_{"the ray test is Bullet's own"};
 };
 
-/// Nodes may move while an object of this class lives.
-class NodesInMotion {
- public:
-  explicit NodesInMotion(WorldRays& rays) : rays_(rays) { rays.begin_motion(); }
-  NodesInMotion(const NodesInMotion&) = delete;
-  NodesInMotion& operator=(const NodesInMotion&) = delete;
-  ~NodesInMotion() { rays_.end_motion(); }
-
- private:
-  WorldRays& rays_;
-};
-
 }  // namespace softcd::bullet

@@ -58,7 +58,7 @@ btScalar margin_at(const btSoftBody::SContact& entry, const btSoftBody& /*owner*
   return entry.m_margin;
 }
 
-/// Ignores the entry's own margin, which is larger if it carries several contacts: see write_deformable_contact().
+/// Ignores the entry's own margin, which is larger if it carries several contacts: see DeformableContacts::carry().
 btScalar margin_at(const btSoftBody::DeformableFaceNodeContact& /*entry*/, const btSoftBody& owner,
                    const btSoftBody& other) {
   return margin_of(owner) + margin_of(other);

@@ -88,8 +88,7 @@ template <class Entry, class Constraint>
 void read_constraints(const btAlignedObjectArray<Entry>& entries, const btAlignedObjectArray<Constraint>& constraints,
                       Impulses& impulses) {
   impulses.assign(static_cast<std::size_t>(entries.size()), {});
-  for (int i = 0; i < constraints.size(); ++i) {
-    const Constraint& constraint = constraints[i];
+  for (const Constraint& constraint : span_of(constraints)) {
     const Entry* entry = constraint.getContact();
     ContactImpulses::Impulse& impulse = impulses[static_cast<std::size_t>(entry - &entries[0])];
     for_each_node(constraint,
@@ -107,8 +106,8 @@ using Reactions = std::unordered_map<const Node*, Reaction>;
 
 template <class Constraint>
 void take_from_rests(const btAlignedObjectArray<Constraint>& constraints, Reactions& reactions) {
-  for (int i = 0; i < constraints.size(); ++i) {
-    for_each_node(constraints[i], [&](const Node& node, const btVector3& change) {
+  for (const Constraint& constraint : span_of(constraints)) {
+    for_each_node(constraint, [&](const Node& node, const btVector3& change) {
       Reaction& reaction = reactions[&node];
       reaction.rest -= change / node.m_im;
       ++reaction.contact_count;
@@ -120,9 +119,9 @@ void take_from_rests(const btAlignedObjectArray<Constraint>& constraints, Reacti
 template <class Entry, class Constraint>
 void add_rests(const btAlignedObjectArray<Entry>& entries, const btAlignedObjectArray<Constraint>& constraints,
                const Reactions& reactions, Impulses& impulses) {
-  for (int i = 0; i < constraints.size(); ++i) {
-    ContactImpulses::Impulse& impulse = impulses[static_cast<std::size_t>(constraints[i].getContact() - &entries[0])];
-    for_each_node(constraints[i], [&](const Node& node, const btVector3& /*change*/) {
+  for (const Constraint& constraint : span_of(constraints)) {
+    ContactImpulses::Impulse& impulse = impulses[static_cast<std::size_t>(constraint.getContact() - &entries[0])];
+    for_each_node(constraint, [&](const Node& node, const btVector3& /*change*/) {
       const Reaction& reaction = reactions.at(&node);
       impulse.on_owner += reaction.rest / btScalar(reaction.contact_count);
     });
@@ -151,7 +150,7 @@ btAlignedObjectArray<btVector3> damping_impulses(btDeformableBodySolver& solver,
   impulses.resize(solver.m_objective->m_nodes.size(), btVector3(0, 0, 0));
   const auto for_each = [&](auto change) {
     for (btSoftBody* body : bodies) {
-      for (int i = 0; i < body->m_nodes.size(); ++i) change(body->m_nodes[i]);
+      for (Node& node : span_of(body->m_nodes)) change(node);
     }
   };
   std::vector<btVector3> velocities;
@@ -176,10 +175,7 @@ void append_shuffled(int count, std::minstd_rand& random, std::vector<int>& orde
 
 void DeformableImpulses::keep_velocities(Span<btSoftBody* const> bodies) {
   velocities_.clear();
-  for (const btSoftBody* body : bodies) {
-    std::vector<btVector3>& velocities = velocities_[body];
-    for (int i = 0; i < body->m_nodes.size(); ++i) velocities.push_back(body->m_nodes[i].m_v);
-  }
+  for (const btSoftBody* body : bodies) velocities_[body] = values_of(*body, &Node::m_v);
 }
 
 void DeformableImpulses::read_rigid(Span<btSoftBody* const> bodies, btScalar time_step) {
@@ -214,7 +210,7 @@ void DeformableImpulses::add_reactions(btDeformableBodySolver& solver, Span<btSo
     const btSoftBody& body = *bodies[i];
     const auto velocities = velocities_.find(&body);
     if (!body.isActive() || velocities == velocities_.end()) continue;
-    if (velocities->second.size() != static_cast<std::size_t>(body.m_nodes.size())) continue;  // memory ran out
+    if (velocities->second.size() != static_cast<std::size_t>(body.m_nodes.size())) continue;  // the app added nodes
     const std::optional<RigidConstraints> constraints = rigid_constraints_of(body, solver, i);
     if (!constraints.has_value()) continue;
     Reactions reactions;

@@ -52,12 +52,19 @@ bool can_be_solved(const btSoftBody& body, const btCollisionObjectArray& objects
   return true;
 }
 
-/// Returns whether a node is deeper than the body's margin. The next step could find it on the other side.
+/// Returns whether a contact, solved again, would move its node back by more than the body's margin. The next step
+/// could find the node on the other side.
 bool has_deep_node(const btSoftBody& body) {
   const btScalar margin = body.getCollisionShape()->getMargin();
   for (int i = 0; i < body.m_rcontacts.size(); ++i) {
     const btSoftBody::RContact& contact = body.m_rcontacts[i];
-    if (contact.m_node->m_x.dot(contact.m_cti.m_normal) + contact.m_cti.m_offset < -margin) return true;
+    const btSoftBody::Node& node = *contact.m_node;
+    const btVector3& normal = contact.m_cti.m_normal;
+    const btRigidBody* const rigid = btRigidBody::upcast(contact.m_cti.m_colObj);
+    btVector3 motion = node.m_x - node.m_q;
+    if (rigid != nullptr) motion -= rigid->getVelocityInLocalPoint(contact.m_c1) * body.m_sst.sdt;
+    const btScalar depth = btMin(node.m_x.dot(normal) + contact.m_cti.m_offset, margin);
+    if (motion.dot(normal) + depth * contact.m_c4 < -margin) return true;
   }
   return false;
 }

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "read_out/contact_read_out.hpp"
-#include "read_out/link_impulse.hpp"
 
 /// Makes Bullet's functions, which solve all entries of an array, solve one at a time. The nodes' states before and
 /// after then give each entry's impulse.
@@ -44,23 +42,7 @@ ContactImpulses::Impulse measured_impulse(const SoftEntry& entry, btVector3 btSo
 
 /// Solves the only contact of a body with a rigid object, and returns the impulses on the node and on the object. A
 /// node without mass gets none. An object that no impulse moves gets the opposite of the node's.
-inline ContactImpulses::Impulse solve_rigid_contact_alone(btSoftBody& body, const btSoftBody::RContact& contact,
-                                                          btScalar progress) {
-  const btSoftBody::Node& node = *contact.m_node;
-  const btRigidBody* rigid = btRigidBody::upcast(contact.m_cti.m_colObj);
-  const bool is_moved = rigid != nullptr && rigid->getInvMass() > 0;
-  const btVector3 x = node.m_x;
-  const btVector3 velocity = is_moved ? rigid->getLinearVelocity() : btVector3(0, 0, 0);
-  const LinkImpulse on_link(contact);
-  btSoftBody::PSolve_RContacts(&body, 1, progress);
-  ContactImpulses::Impulse impulse;
-  if (node.m_im > 0) impulse.on_owner = (node.m_x - x) * (body.m_sst.isdt / node.m_im);
-  if (is_moved) {
-    impulse.on_other = (rigid->getLinearVelocity() - velocity) / rigid->getInvMass();
-  } else {
-    impulse.on_other = on_link.is_moved() ? on_link.since_begin() : -impulse.on_owner;
-  }
-  return impulse;
-}
+ContactImpulses::Impulse solve_rigid_contact_alone(btSoftBody& body, const btSoftBody::RContact& contact,
+                                                   btScalar progress);
 
 }  // namespace softcd::bullet

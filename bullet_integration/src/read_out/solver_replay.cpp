@@ -7,6 +7,7 @@
 #include "BulletDynamics/Featherstone/btMultiBody.h"
 #include "BulletDynamics/Featherstone/btMultiBodyLinkCollider.h"
 #include "BulletSoftBody/btSoftBodyInternals.h"
+#include "bodies/node_ends.hpp"
 #include "read_out/one_by_one.hpp"
 
 namespace softcd::bullet {
@@ -15,20 +16,15 @@ namespace {
 using Node = btSoftBody::Node;
 using Impulses = std::vector<ContactImpulses::Impulse>;
 
-Span<Node> nodes_of(btSoftBody& body) {
-  if (body.m_nodes.size() == 0) return {};
-  return {&body.m_nodes[0], static_cast<std::size_t>(body.m_nodes.size())};
-}
-
 /// Restores everything that the solver changes when it is destroyed: nodes of soft bodies, and velocities of the
 /// objects that they touch or are anchored to.
 class StateKept {
  public:
   explicit StateKept(Span<btSoftBody* const> bodies) {
     for (btSoftBody* body : bodies) {
-      for (Node& node : nodes_of(*body)) nodes_.push_back({&node, node.m_x, node.m_q, node.m_v, node.m_f});
-      for (int i = 0; i < body->m_rcontacts.size(); ++i) keep(*body->m_rcontacts[i].m_cti.m_colObj);
-      for (int i = 0; i < body->m_anchors.size(); ++i) keep(*body->m_anchors[i].m_body);
+      for (Node& node : span_of(body->m_nodes)) nodes_.push_back({&node, node.m_x, node.m_q, node.m_v, node.m_f});
+      for (const btSoftBody::RContact& contact : span_of(body->m_rcontacts)) keep(*contact.m_cti.m_colObj);
+      for (const btSoftBody::Anchor& anchor : span_of(body->m_anchors)) keep(*anchor.m_body);
     }
   }
   ~StateKept() {
@@ -89,13 +85,11 @@ class BodySolver {
 
  private:
   void prepare() {
-    for (int i = 0; i < body_.m_links.size(); ++i) {
-      btSoftBody::Link& link = body_.m_links[i];
+    for (btSoftBody::Link& link : span_of(body_.m_links)) {
       link.m_c3 = link.m_n[1]->m_q - link.m_n[0]->m_q;
       link.m_c2 = 1 / (link.m_c3.length2() * link.m_c0);
     }
-    for (int i = 0; i < body_.m_anchors.size(); ++i) {
-      btSoftBody::Anchor& anchor = body_.m_anchors[i];
+    for (btSoftBody::Anchor& anchor : span_of(body_.m_anchors)) {
       const btVector3 arm = anchor.m_body->getWorldTransform().getBasis() * anchor.m_local;
       anchor.m_c0 = ImpulseMatrix(body_.m_sst.sdt, anchor.m_node->m_im, anchor.m_body->getInvMass(),
                                   anchor.m_body->getInvInertiaTensorWorld(), arm);
@@ -106,29 +100,28 @@ class BodySolver {
 
   void solve_velocities() {
     for (int round = 0; round < body_.m_cfg.viterations; ++round) {
-      for (int i = 0; i < body_.m_cfg.m_vsequence.size(); ++i) {
-        btSoftBody::getSolver(body_.m_cfg.m_vsequence[i])(&body_, 1);
-      }
+      for (const btSoftBody::eVSolver::_ kind : span_of(body_.m_cfg.m_vsequence))
+        btSoftBody::getSolver(kind)(&body_, 1);
     }
-    for (Node& node : nodes_of(body_)) node.m_x = node.m_q + node.m_v * body_.m_sst.sdt;
+    for (Node& node : span_of(body_.m_nodes)) node.m_x = node.m_q + node.m_v * body_.m_sst.sdt;
   }
 
   void solve_positions() {
     for (int round = 0; round < body_.m_cfg.piterations; ++round) {
       const btScalar progress = btScalar(round) / btScalar(body_.m_cfg.piterations);
-      for (int i = 0; i < body_.m_cfg.m_psequence.size(); ++i) solve(body_.m_cfg.m_psequence[i], progress);
+      for (const btSoftBody::ePSolver::_ kind : span_of(body_.m_cfg.m_psequence)) solve(kind, progress);
     }
     const btScalar factor = body_.m_sst.isdt * (1 - body_.m_cfg.kDP);
-    for (Node& node : nodes_of(body_)) node.m_v = (node.m_x - node.m_q) * factor;
+    for (Node& node : span_of(body_.m_nodes)) node.m_v = (node.m_x - node.m_q) * factor;
   }
 
   void solve_drift() {
     const btScalar factor = body_.m_cfg.kVCF * body_.m_sst.isdt;
-    for (Node& node : nodes_of(body_)) node.m_q = node.m_x;
+    for (Node& node : span_of(body_.m_nodes)) node.m_q = node.m_x;
     for (int round = 0; round < body_.m_cfg.diterations; ++round) {
-      for (int i = 0; i < body_.m_cfg.m_dsequence.size(); ++i) solve(body_.m_cfg.m_dsequence[i], 0);
+      for (const btSoftBody::ePSolver::_ kind : span_of(body_.m_cfg.m_dsequence)) solve(kind, 0);
     }
-    for (Node& node : nodes_of(body_)) node.m_v += (node.m_x - node.m_q) * factor;
+    for (Node& node : span_of(body_.m_nodes)) node.m_v += (node.m_x - node.m_q) * factor;
   }
 
   void solve(btSoftBody::ePSolver::_ kind, btScalar progress) {
@@ -185,10 +178,7 @@ void SolverReplay::run(Span<btSoftBody* const> bodies) {
     if (!body->isActive()) continue;
     BodySolver(*body, impulses_.of(*body, ContactArray::soft), impulses_.of(*body, ContactArray::rigid_node)).run();
   }
-  for (btSoftBody* body : bodies) {
-    Ends& ends = ends_.emplace_back(Ends{body, body, {}});
-    for (const Node& node : nodes_of(*body)) ends.positions.push_back(node.m_x);
-  }
+  for (const btSoftBody* body : bodies) ends_.push_back({body, body, values_of(*body, &Node::m_x)});
 }
 
 void SolverReplay::confirm(Span<btSoftBody* const> bodies) {

@@ -85,7 +85,7 @@ void ConvexPolicy::find_corner(const ShapeContact& found) {
   const Contact& contact = found.contact;
   btSoftBody& soft = *found.soft.body;
   if (!wants_faces(soft, *found.part.object) || contact.feature_b >= found.soft.mesh.face_count) return;
-  btSoftBody::Face& face = soft.m_faces[static_cast<int>(contact.feature_b)];
+  btSoftBody::Face& face = found.soft.face(contact.feature_b);
   // A corner at a border has a contact with each of the faces there.
   const void* nodes[3];
   for (int i = 0; i < 3; ++i) nodes[i] = contact.weights[1 + i] > float(kLeastWeight) ? face.m_n[i] : nullptr;
@@ -104,7 +104,7 @@ void ConvexPolicy::find_edge(const ShapeContact& found) {
   const std::uint32_t* const nodes = contact.vertices + found.first_of_soft();
   const std::uint32_t face_index = face_at_edge(found.soft.mesh, nodes[0], nodes[1]);
   if (face_index == kNoIndex) return;
-  btSoftBody::Face& face = soft.m_faces[static_cast<int>(face_index)];
+  btSoftBody::Face& face = found.soft.face(face_index);
   add_face_touch(found, face, weights_on_edge(face, soft, nodes, contact.weights + found.first_of_soft()));
 }
 
@@ -124,7 +124,7 @@ void ConvexPolicy::add_face_touch(const ShapeContact& found, btSoftBody::Face& f
 /// Finds nodes that Bullet's own test misses, as it uses their positions at one time and not their paths.
 void ConvexPolicy::find_node(const ShapeContact& found) {
   btSoftBody& soft = *found.soft.body;
-  btSoftBody::Node& node = soft.m_nodes[static_cast<int>(found.contact.feature_a)];
+  btSoftBody::Node& node = found.soft.node(found.contact.feature_a);
   if (!takes_node_contacts(soft, node)) return;
   const RigidTouch touch = found.touch(found.margin());
   if (depth(touch, node.*ends_.end, touch.object_point_t1) >= 0 || !can_touch(found.part.shape, touch)) return;

@@ -91,7 +91,7 @@ void MeshPolicy::end_contacts() {
 
 void MeshPolicy::find_node_touch(const MeshContact& found) {
   btSoftBody& soft = *found.soft.body;
-  btSoftBody::Node& node = soft.m_nodes[static_cast<int>(found.contact.feature_a)];
+  btSoftBody::Node& node = found.soft.node(found.contact.feature_a);
   const bool is_of_others =
       !node_touches_.empty() && (node_touches_[0].node != &node || node_touches_[0].mesh != found.part.id);
   if (is_of_others) add_node_touches();
@@ -105,9 +105,8 @@ void MeshPolicy::find_node_touch(const MeshContact& found) {
 bool MeshPolicy::is_released(const MeshContact& found) const {
   if (released_ == nullptr || released_->empty()) return false;
   const std::uint32_t* const begin = found.contact.vertices + found.first_of_soft();
-  return std::any_of(begin, begin + found.count_of_soft(), [&](std::uint32_t node) {
-    return released_->has(found.soft.body->m_nodes[static_cast<int>(node)], *found.part.object);
-  });
+  return std::any_of(begin, begin + found.count_of_soft(),
+                     [&](std::uint32_t node) { return released_->has(found.soft.node(node), *found.part.object); });
 }
 
 /// Adds the deepest touch in each distinct direction, of one node's touches with one mesh.
@@ -132,7 +131,7 @@ void MeshPolicy::find_face_touch(const MeshContact& found) {
   btSoftBody& soft = *found.soft.body;
   if (!has_deformable_contacts(soft) || !solves_faces(soft, *found.part.object)) return;
   if (found.contact.feature_b >= found.soft.mesh.face_count) return;
-  btSoftBody::Face& face = soft.m_faces[static_cast<int>(found.contact.feature_b)];
+  btSoftBody::Face& face = found.soft.face(found.contact.feature_b);
   const btVector3 weights = triangle_weights(found.contact.weights);
   const bool is_tested_by_bullet = (soft.m_cfg.collisions & Flags::SDF_RDF) != 0;
   const RigidTouch touch = found.touch(found.margin() * (is_tested_by_bullet ? 1 : kFaceMarginShare));

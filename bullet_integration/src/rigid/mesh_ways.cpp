@@ -90,12 +90,11 @@ void MeshWays::take_velocities_back(const btCollisionObjectArray& objects) {
 void MeshWays::keep_starts(const btCollisionObjectArray& objects, btScalar time_step) {
   take_velocities_back(objects);
   decltype(tracks_) tracks;
-  for (int i = 0; i < objects.size(); ++i) {
-    btCollisionObject& object = *objects[i];
-    if (is_standing(object) || !has_meshes(object)) continue;
-    const btTransform start = start_of(object, time_step);
-    tracks.emplace(BodyKey(object), Track{start, object.getWorldTransform()});
-    if (object.isKinematicObject() && !is_moving(object)) lend_velocity(object, start, time_step);
+  for (btCollisionObject* object : span_of(objects)) {
+    if (is_standing(*object) || !has_meshes(*object)) continue;
+    const btTransform start = start_of(*object, time_step);
+    tracks.emplace(BodyKey(*object), Track{start, object->getWorldTransform()});
+    if (object->isKinematicObject() && !is_moving(*object)) lend_velocity(*object, start, time_step);
   }
   tracks_ = std::move(tracks);
 }
@@ -103,12 +102,11 @@ void MeshWays::keep_starts(const btCollisionObjectArray& objects, btScalar time_
 std::vector<MeshWay> MeshWays::find(const btCollisionObjectArray& objects) {
   take_velocities_back(objects);
   std::vector<MeshWay> ways;
-  for (int i = 0; i < objects.size(); ++i) {
-    btCollisionObject& object = *objects[i];
-    if (!has_meshes(object)) continue;
-    const btTransform& end = object.getWorldTransform();
-    const auto track = tracks_.find(BodyKey(object));
-    add_ways(object, {track != tracks_.end() ? track->second.start : end, end}, ways);
+  for (btCollisionObject* object : span_of(objects)) {
+    if (!has_meshes(*object)) continue;
+    const btTransform& end = object->getWorldTransform();
+    const auto track = tracks_.find(BodyKey(*object));
+    add_ways(*object, {track != tracks_.end() ? track->second.start : end, end}, ways);
     if (track != tracks_.end()) track->second.last = end;
   }
   return ways;

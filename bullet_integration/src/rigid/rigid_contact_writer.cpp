@@ -85,6 +85,15 @@ constexpr btScalar kLeastDepth = btScalar(1e-3);
 /// Hardness so small that the motion of a step makes no difference.
 constexpr btScalar kFaceHardness = btScalar(1e-3);
 
+/// Lets a node outside the margin come up to it. Bullet's solver stops the whole approach, even of a node that is far
+/// from the object. A body under pressure, which gives its nodes large motions, would shrink away from what it touches.
+/// The solver adds m_c4 times the node's depth at that time, at most the body's margin: here a small negative m_c4
+/// times a depth so far below 0 that neither that bound nor the node's motion matters.
+void allow_approach(btSoftBody::RContact& contact, btScalar distance) {
+  contact.m_c4 = -kFaceHardness;
+  contact.m_cti.m_offset = -distance / kFaceHardness - contact.m_cti.m_normal.dot(contact.m_node->m_x);
+}
+
 /// A point on a face whose nodes are pushed by their weights.
 struct WeightedPoint {
   btVector3 x{0, 0, 0}, motion{0, 0, 0};
@@ -112,6 +121,8 @@ void write_rigid_contact(btSoftBody& body, btSoftBody::Node& node, const RigidTo
   contact.m_cti.m_offset = -touch.normal.dot(touch.object_point_t1) - touch.margin;
   contact.m_node = &node;
   contact.m_c2 = node.m_im * body.m_sst.sdt;
+  const btScalar depth_at_start = depth(touch, node.m_q, touch.object_point_t0);
+  if (depth_at_start > 0) allow_approach(contact, depth_at_start);
   body.m_rcontacts.push_back(contact);
   if (rigid.body != nullptr) rigid.body->activate();
 }

@@ -25,14 +25,14 @@ struct RigidContact {
   const WorldMirror::Member& soft;
   bool is_part_a;  ///< whether side a of the contact is the part
 
-  int first_of_part() const { return is_part_a ? 0 : count_a(); }
-  int first_of_soft() const { return is_part_a ? count_a() : 0; }
-  int count_of_soft() const { return is_part_a ? 4 - count_a() : count_a(); }
+  int first_of_part() const { return is_part_a ? 0 : vertices_of_a(contact); }
+  int first_of_soft() const { return is_part_a ? vertices_of_a(contact) : 0; }
+  int count_of_soft() const { return is_part_a ? 4 - vertices_of_a(contact) : vertices_of_a(contact); }
 
   /// Returns the contact as a touch of the part by the soft body within `margin`.
   RigidTouch touch(btScalar margin) const {
     const int first = first_of_part();
-    const int count = is_part_a ? count_a() : 4 - count_a();
+    const int count = 4 - count_of_soft();
     const btVector3 normal = to_bullet(contact.normal);
     const auto point = [&](const std::vector<Vec3d>& x) {
       return weighted_point(x, contact.vertices + first, contact.weights + first, count);
@@ -48,9 +48,6 @@ struct RigidContact {
   }
   /// Returns the sum of both margins.
   btScalar margin() const { return soft.body->getCollisionShape()->getMargin() + part.margin; }
-
- private:
-  int count_a() const { return contact.kind == ContactKind::edge_edge ? 2 : 1; }
 };
 
 /// Finds the contacts of soft bodies with rigid shapes along the paths of a step, whatever Settings::detection is.

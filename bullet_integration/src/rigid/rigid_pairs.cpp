@@ -1,14 +1,13 @@
 #include "rigid/rigid_pairs.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <new>
 #include <utility>
 
 #include "BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h"
-#include "BulletCollision/BroadphaseCollision/btOverlappingPairCache.h"
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h"
-#include "native/pair_gate.hpp"
 #include "native/registered_algorithm.hpp"
 
 namespace softcd::bullet {
@@ -30,6 +29,22 @@ bool takes_convex_shapes_of(const btSoftBody& soft, const btCollisionObject& obj
   return meets_rigid_bodies(soft) && object.hasContactResponse() &&
          (type == btCollisionObject::CO_RIGID_BODY || type == btCollisionObject::CO_FEATHERSTONE_LINK ||
           type == btCollisionObject::CO_COLLISION_OBJECT);
+}
+
+/// Returns the place of a pair in the order of btHashedOverlappingPairCache::processAllOverlappingPairs: pairs go by
+/// their place in the cache, or the youngest first. A pair that an app's callback has removed from the cache is last.
+std::pair<int, int> turn_of(const RigidPair& pair, const PairGate& gate) {
+  constexpr std::pair<int, int> kLast(std::numeric_limits<int>::max(), 0);
+  auto* proxy_a = pair.soft->getBroadphaseHandle();
+  auto* proxy_b = const_cast<btBroadphaseProxy*>(pair.object->getBroadphaseHandle());
+  if (proxy_a == nullptr || proxy_b == nullptr) return kLast;
+  if (gate.info().m_deterministicOverlappingPairs) {
+    const auto [older, younger] = std::minmax({proxy_a->getUid(), proxy_b->getUid()});
+    return {-older, -younger};
+  }
+  const btBroadphasePair* cached = gate.pair_cache().findPair(proxy_a, proxy_b);
+  if (cached == nullptr) return kLast;
+  return {static_cast<int>(cached - gate.pair_cache().getOverlappingPairArrayPtr()), 0};
 }
 
 /// Replaces another algorithm of a pair for as long as Bullet keeps it. Calls that algorithm for pairs that softcd does
@@ -103,8 +118,13 @@ bool RigidPairs::add(RigidPairKind kind, const RigidPair& pair) noexcept {
   }
 }
 
-RigidPairs::Collected RigidPairs::take_collected(RigidPairKind kind) {
-  return std::exchange(list(kind).collected, {});
+RigidPairs::Collected RigidPairs::take_collected(RigidPairKind kind, const PairGate& gate) {
+  Collected collected = std::exchange(list(kind).collected, {});
+  const auto comes_before = [&](const RigidPair& a, const RigidPair& b) { return turn_of(a, gate) < turn_of(b, gate); };
+  if (!std::is_sorted(collected.pairs.begin(), collected.pairs.end(), comes_before)) {
+    std::stable_sort(collected.pairs.begin(), collected.pairs.end(), comes_before);
+  }
+  return collected;
 }
 
 btCollisionAlgorithmCreateFunc*& CollectingRigidPairs::CreateFunc::entry(btCollisionDispatcher& dispatcher,
@@ -182,11 +202,9 @@ void process_natively(const RigidPair& pair, btCollisionDispatcher& dispatcher, 
 }
 
 void forget_rigid_algorithms(btOverlappingPairCache& pair_cache, btDispatcher& dispatcher) {
-  btBroadphasePair* pairs = pair_cache.getOverlappingPairArrayPtr();
-  for (int i = 0; i < pair_cache.getNumOverlappingPairs(); ++i) {
-    const auto [a, b] = soft_bodies_of(pairs[i]);
-    if ((a == nullptr) != (b == nullptr)) pair_cache.cleanOverlappingPair(pairs[i], &dispatcher);
-  }
+  for_each_pair_with_rigid(pair_cache, [&](btBroadphasePair& pair, const btSoftBody& /*soft*/) {
+    pair_cache.cleanOverlappingPair(pair, &dispatcher);
+  });
 }
 
 }  // namespace softcd::bullet

@@ -9,10 +9,10 @@
 #include "BulletCollision/BroadphaseCollision/btBroadphaseProxy.h"
 #include "BulletCollision/CollisionDispatch/btCollisionCreateFunc.h"
 #include "BulletSoftBody/btSoftBody.h"
+#include "native/pair_gate.hpp"
 
 class btCollisionDispatcher;
 struct btDispatcherInfo;
-class btOverlappingPairCache;
 
 namespace softcd::bullet {
 
@@ -50,8 +50,10 @@ class RigidPairs {
   /// Adds the pair if its kind is collected and softcd detects its contacts. Returns whether Bullet must not process
   /// it.
   bool take(btSoftBody& soft, const btCollisionObjectWrapper& other) noexcept;
-  /// Returns the pairs since the last call, in the order in which threads found them: see restore_order().
-  Collected take_collected(RigidPairKind kind);
+  /// Returns the pairs since the last call, in the order in which a single thread visits the pairs of the gate's world.
+  /// Several threads visit them in another order in every run. Several pairs of the same two objects (of a compound's
+  /// children) keep their order: one thread found all of them.
+  Collected take_collected(RigidPairKind kind, const PairGate& gate);
 
  private:
   struct List {

@@ -1,6 +1,7 @@
 #include "softcd/bullet/attach.hpp"
 
-#include "worlds/attached_classic_world.hpp"
+#include <iterator>
+
 #include "worlds/attached_deformable_world.hpp"
 
 #include "softcd/bullet/deformable_world.hpp"
@@ -9,6 +10,36 @@
 
 namespace softcd::bullet {
 namespace {
+
+/// An attached btSoftRigidDynamicsWorld or btSoftMultiBodyDynamicsWorld. After their solver of soft bodies, they call
+/// nothing that can be set from outside. So steps end late.
+class AttachedClassicWorld final : public AttachedWorld {
+ public:
+  AttachedClassicWorld(btDynamicsWorld& world, const SoftBodies& bodies, const Settings& settings)
+      : AttachedWorld(world, bodies, kClassicWorld, settings) {}
+
+  Span<const Limitation> limitations() const override {
+    static constexpr Limitation kLimitations[] = {
+        kTreesLimitation,
+        {Limit::ends_steps_late,
+         "The part of softcd's step after Bullet's solver of soft bodies (the last pass of Detection::ccd, impulses, "
+         "on_contacts) waits for finish_step() or the beginning of the next step."},
+        kRigidMeshesLimitation,
+    };
+    return {kLimitations, std::size(kLimitations) - (sees_pairs() ? 1 : 0)};
+  }
+
+ private:
+  ClassicStep step() const { return AttachedWorld::step<ClassicStep>(); }
+  void process(const Processing& process_natively) override { step().process(process_natively); }
+  void process_late() override { step().process_late(); }
+  void prepare_solver() override { step().before_solver(); }
+  void end_step(btScalar time_step) override {
+    queries().mirror.resume_step(bodies());
+    step().end(time_step);
+  }
+  bool ends_steps_late() const override { return true; }
+};
 
 bool detects_already(btDynamicsWorld& world) {
   const auto* dispatcher = dynamic_cast<const Dispatcher*>(world.getDispatcher());

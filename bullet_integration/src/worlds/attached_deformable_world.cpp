@@ -31,8 +31,8 @@ class AttachedDeformableWorld::NodesPutBack {
         node.m_x = has_moved_ ? node.m_q : end;
         node.m_vn = node.m_v;
       }
-      for (int a = 0; a < body.m_deformableAnchors.size(); ++a) {
-        btSoftBody::Node& node = *body.m_deformableAnchors[a].m_node;
+      for (const btSoftBody::DeformableNodeRigidAnchor& anchor : span_of(body.m_deformableAnchors)) {
+        btSoftBody::Node& node = *anchor.m_node;
         node.m_x = way.ends[static_cast<std::size_t>(&node - &body.m_nodes[0])];
       }
     }
@@ -63,13 +63,13 @@ Span<const Limitation> AttachedDeformableWorld::limitations() const {
 }
 
 void AttachedDeformableWorld::prepare_solver() {
-  find_soft_contacts(step());
-  queries().read_out.keep_velocities(span_of(bodies()));
+  step().find_soft_contacts();
+  step().before_solver();
   hidden_.clear();  // of a step that an exception has left
   solver_callback_.stand();
   solver_calls_ = 0;
   has_responded_ = false;
-  face_trees().take(span_of(bodies()));
+  face_trees().take(bodies());
   keep_starts();
 }
 
@@ -82,7 +82,7 @@ void AttachedDeformableWorld::call_solver_callback(btScalar time, btDeformableMu
 
 /// Responds to contacts between soft bodies in Bullet's place, one at a time, if their impulses are to be known.
 void AttachedDeformableWorld::after_solver() {
-  const Span<btSoftBody* const> all = span_of(bodies());
+  const Span<btSoftBody* const> all = bodies();
   queries().read_out.keep_contacts_of_new_sleepers(all, *world().getBroadphase());
   try {
     hidden_.reserve(all.size());
@@ -99,7 +99,7 @@ void AttachedDeformableWorld::after_solver() {
 
 /// The entries are still there, unless Bullet has written others.
 void AttachedDeformableWorld::show_soft_contacts() {
-  const Span<btSoftBody* const> all = span_of(bodies());
+  const Span<btSoftBody* const> all = bodies();
   for (const HiddenContacts& hidden : hidden_) {
     const bool is_there = std::find(all.begin(), all.end(), hidden.body) != all.end();
     if (!is_there || hidden.body->m_faceNodeContacts.size() > 0) continue;
@@ -119,11 +119,10 @@ void AttachedDeformableWorld::keep_starts() {
   has_integrated_ = false;
   ways_.clear();
   queries().crossings.run([&](CrossingPrevention&) {
-    for (btSoftBody* body : span_of(bodies())) {
+    for (btSoftBody* body : bodies()) {
       if (!queries().may_change(*body)) continue;
-      Way& way = ways_.emplace_back(Way{body, {}, {}});
-      for (int i = 0; i < body->m_nodes.size(); ++i) way.starts.push_back(body->m_nodes[i].m_x);
-      way.ends.resize(way.starts.size());
+      const std::vector<btVector3> starts = values_of(*body, &btSoftBody::Node::m_x);
+      ways_.push_back({body, starts, /*ends=*/starts});
     }
   });
 }
@@ -131,15 +130,15 @@ void AttachedDeformableWorld::keep_starts() {
 void AttachedDeformableWorld::end_step(btScalar time_step) {
   face_trees().give_back();
   show_soft_contacts();
-  if (!has_responded_) queries().read_out.take_rigid_impulses(span_of(bodies()));
+  if (!has_responded_) queries().read_out.take_rigid_impulses(bodies());
   prevent_crossings(time_step);
-  refit_face_trees(span_of(bodies()));
-  queries().read_out.finish(*world().getBroadphase());
+  refit_face_trees(bodies());
+  step().end();
 }
 
 /// The app's actions, called before, may have changed and removed bodies.
 void AttachedDeformableWorld::prevent_crossings(btScalar time_step) {
-  const Span<btSoftBody* const> all = span_of(bodies());
+  const Span<btSoftBody* const> all = bodies();
   const auto is_lost = [&](const Way& way) {
     const bool is_there = std::find(all.begin(), all.end(), way.body) != all.end();
     return !is_there || static_cast<std::size_t>(way.body->m_nodes.size()) != way.starts.size();
@@ -147,8 +146,8 @@ void AttachedDeformableWorld::prevent_crossings(btScalar time_step) {
   ways_.erase(std::remove_if(ways_.begin(), ways_.end(), is_lost), ways_.end());
   const NodesPutBack put_back(ways_, has_integrated_);
   if (!put_back.has_moved()) return;
-  queries().resume_step(all);
-  queries().prevent_crossings(all, world().getCollisionObjectArray(), step().gate(), time_step);
+  queries().mirror.resume_step(all);
+  step().prevent_crossings(time_step);
 }
 
 void AttachedDeformableWorld::remove_hooks() {
@@ -158,7 +157,7 @@ void AttachedDeformableWorld::remove_hooks() {
 }
 
 void AttachedDeformableWorld::after_ray_test() noexcept {
-  if (is_solved()) face_trees().take(span_of(bodies()));
+  if (is_solved()) face_trees().take(bodies());
 }
 
 }  // namespace softcd::bullet

@@ -31,10 +31,9 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
     int count;
   };
 
-  void process_step_pairs(const Processing& process_natively) override {
-    process_deformable_pairs(step(), process_natively);
-  }
-  void make_up_for_pairs() override { queries().begin_step(span_of(bodies())); }
+  DeformableStep step() const { return AttachedWorld::step<DeformableStep>(); }
+  void process(const Processing& process_natively) override { step().process(process_natively); }
+  void process_late() override { step().process_late(); }
   void prepare_solver() override;
   void end_step(btScalar time_step) override;
   bool ends_steps_late() const override { return false; }

@@ -12,7 +12,6 @@ AttachedWorld::AttachedWorld(btDynamicsWorld& world, const SoftBodies& bodies, c
     : world_(&world),
       collision_world_(world),
       bodies_(bodies),
-      tree_flag_(kind.tree_flag),
       detection_(kind, settings),
       broadphase_(*world.getBroadphase(), *this),
       pre_tick_(world, call_pre_tick),
@@ -30,7 +29,8 @@ AttachedWorld* AttachedWorld::of(btDynamicsWorld& world) {
 /// The app's callback may detach, and so destroy the attachment, which is therefore looked up again.
 void AttachedWorld::call_pre_tick(btDynamicsWorld* world, btScalar time_step) {
   if (AttachedWorld* attached = of(*world)) {
-    attached->begin_step();
+    if (attached->ends_steps_late()) attached->finish_step();
+    attached->start_over();
     if (const auto apps = attached->pre_tick_.apps()) apps(world, time_step);
   }
   if (AttachedWorld* attached = of(*world)) attached->before_prediction();
@@ -43,28 +43,23 @@ void AttachedWorld::call_tick(btDynamicsWorld* world, btScalar time_step) {
   if (AttachedWorld* attached = of(*world)) attached->before_solver(time_step);
 }
 
-void AttachedWorld::begin_step() {
-  if (ends_steps_late()) finish_step();
-  start_over();
-}
-
 /// Resets the state of the last step, which an exception may have left in the middle.
 void AttachedWorld::start_over() {
   face_trees_.give_back();
   stage_ = Stage::none;
-  queries().read_out.begin_step();
+  step().begin();
 }
 
 void AttachedWorld::before_prediction() {
-  hide_tree_flags(span_of(bodies_), tree_flag_);
+  hide_tree_flags(bodies(), queries().kind().tree_flag);
   stage_ = Stage::begun;
 }
 
 void AttachedWorld::before_pairs() {
-  restore_tree_flags(span_of(bodies_), tree_flag_);
+  restore_tree_flags(bodies(), queries().kind().tree_flag);
   tick_.stand();
   if (pre_tick_.stand()) begin_without_tick();
-  if (stage_ == Stage::begun) prepare_pairs(step());
+  if (stage_ == Stage::begun) step().pairs();
 }
 
 /// Begins a step after the app has replaced softcd's tick callback by its own.
@@ -79,7 +74,7 @@ void AttachedWorld::begin_without_tick() {
 
 void AttachedWorld::process_pairs(const Processing& process_natively) {
   if (stage_ == Stage::begun) {
-    process_step_pairs(process_natively);
+    process(process_natively);
     stage_ = Stage::has_pairs;
   } else {
     process_natively();
@@ -104,7 +99,7 @@ void AttachedWorld::miss_pairs() {
     if (settings.rigid_meshes) queries().rigid_meshes.run(fail);
     if (settings.convex_shapes != ConvexShapes::nodes) queries().convex_shapes.run(fail);
   }
-  make_up_for_pairs();
+  process_late();
   stage_ = Stage::has_pairs;
 }
 
@@ -117,7 +112,7 @@ void AttachedWorld::finish_step() {
 void AttachedWorld::detach() {
   if (world_ == nullptr) return;
   remove_hooks();
-  restore_tree_flags(span_of(bodies_), tree_flag_);
+  restore_tree_flags(bodies(), queries().kind().tree_flag);
   try {
     finish_step();
   } catch (...) {
@@ -136,14 +131,14 @@ void AttachedWorld::remove_hooks() {
 void AttachedWorld::leave_world() {
   face_trees_.give_back();
   forget_rigid_algorithms(*world_->getPairCache(), *world_->getDispatcher());
-  for (btSoftBody* body : span_of(bodies_)) give_face_tree(*body);
+  for (btSoftBody* body : bodies()) give_face_tree(*body);
   world_ = nullptr;
 }
 
 /// During its destruction a world calls this for its objects when it is only a btCollisionWorld any more.
 void AttachedWorld::before_removal(const btCollisionObject& object) {
   if (auto* body = const_cast<btSoftBody*>(btSoftBody::upcast(&object))) {
-    restore_flag(*body, tree_flag_);
+    restore_flag(*body, queries().kind().tree_flag);
     face_trees_.give_back(*body);
   }
   if (typeid(collision_world_) == typeid(btCollisionWorld)) {

@@ -3,7 +3,7 @@
 #include "softcd/bullet/attach.hpp"
 #include "worlds/app_callbacks.hpp"
 #include "worlds/hooked_broadphase.hpp"
-#include "worlds/world_step.hpp"
+#include "worlds/step_driver.hpp"
 
 namespace softcd::bullet {
 
@@ -48,17 +48,19 @@ class AttachedWorld : protected BroadphaseHooks {
 
  protected:
   btDynamicsWorld& world() const { return *world_; }
-  const SoftBodies& bodies() const { return bodies_; }
+  Span<btSoftBody* const> bodies() const { return span_of(bodies_); }
   WorldQueries& queries() const { return *detection_.queries_; }
-  WorldStep step() const { return {*world_, bodies_, queries()}; }
+  template <class Step = StepDriver>
+  Step step() const {
+    return {*world_, bodies_, queries()};
+  }
 
   /// Returns the face trees that are hidden from Bullet between prepare_solver() and end_step(). None in classic
   /// worlds.
   FaceTreesAway& face_trees() { return face_trees_; }
-  /// Detects contacts with rigid objects, and those of soft bodies if the kind of world detects them at this time.
-  virtual void process_step_pairs(const Processing& process_natively) = 0;
-  /// Does the same after the dispatcher has processed the pairs without softcd's pair cache.
-  virtual void make_up_for_pairs() = 0;
+  /// Call the driver's moments. process_late() follows if the dispatcher has not used softcd's pair cache.
+  virtual void process(const Processing& process_natively) = 0;
+  virtual void process_late() = 0;
   /// Runs between the app's tick callback and Bullet's solver.
   virtual void prepare_solver() = 0;
   /// Runs after Bullet's solver.
@@ -73,7 +75,6 @@ class AttachedWorld : protected BroadphaseHooks {
  private:
   static void call_pre_tick(btDynamicsWorld* world, btScalar time_step);
   static void call_tick(btDynamicsWorld* world, btScalar time_step);
-  void begin_step();
   void start_over();
   void before_prediction();
   void begin_without_tick();
@@ -94,7 +95,6 @@ class AttachedWorld : protected BroadphaseHooks {
   btDynamicsWorld* world_;  ///< null when detached
   const btCollisionWorld& collision_world_;
   const SoftBodies& bodies_;
-  TreeFlag tree_flag_;
   WorldDetection detection_;
   FaceTreesAway face_trees_;
   HookedBroadphase broadphase_;

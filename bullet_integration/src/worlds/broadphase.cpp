@@ -5,7 +5,7 @@
 
 #include "BulletSoftBody/btSoftBody.h"
 #include "native/native_trees.hpp"
-#include "worlds/world_step.hpp"
+#include "worlds/step_driver.hpp"
 
 namespace softcd::bullet {
 

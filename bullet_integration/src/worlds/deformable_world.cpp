@@ -2,7 +2,8 @@
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "BulletSoftBody/btDeformableBodySolver.h"
-#include "worlds/world_step.hpp"
+#include "native/at_end.hpp"
+#include "worlds/step_driver.hpp"
 
 namespace softcd::bullet {
 
@@ -29,51 +30,44 @@ void DeformableWorld::rayTest(const btVector3& from, const btVector3& to, RayRes
                                  [this](auto&&... of_object) { rayTestSingle(of_object...); });
 }
 
-void DeformableWorld::predict(btScalar time_step) {
-  const NodeTreesAtRest at_rest(span_of(getSoftBodyArray()), kDeformableTreeFlag);
-  predictUnconstraintMotion(time_step);
-}
-
-void DeformableWorld::detect_rigid_contacts() {
-  const WorldStep step{*this, getSoftBodyArray(), *detection_.queries_};
-  updateAabbs();
-  prepare_pairs(step);
-  computeOverlappingPairs();
-  process_deformable_pairs(
-      step, [this] { getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher()); });
-}
-
 // Follows Bullet's internalSingleStepSimulation.
 void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
-  const WorldStep step{*this, getSoftBodyArray(), *detection_.queries_};
-  WorldQueries& queries = step.queries;
-  const NodesInMotion in_motion(queries.rays);
-  queries.read_out.begin_step();
+  const DeformableStep step(*this, getSoftBodyArray(), *detection_.queries_);
+  step.queries.rays.begin_motion();
+  const AtEnd motion_ends([&step] { step.queries.rays.end_motion(); });
+  step.begin();
   if (m_internalPreTickCallback != nullptr) m_internalPreTickCallback(this, time_step);
   reinitialize(time_step);
   applyRigidBodyGravity(time_step);
-  predict(time_step);
-  detect_rigid_contacts();
+  {
+    const NodeTreesAtRest at_rest = step.predict();
+    predictUnconstraintMotion(time_step);
+  }
+  updateAabbs();
+  step.pairs();
+  computeOverlappingPairs();
+  step.process(
+      [this] { getDispatcher()->dispatchAllCollisionPairs(getPairCache(), getDispatchInfo(), getDispatcher()); });
   calculateSimulationIslands();
   beforeSolverCallbacks(time_step);
-  queries.read_out.keep_velocities(step.body_span());
+  step.before_solver();
   solveConstraints(time_step);
   afterSolverCallbacks(time_step);
 
-  find_soft_contacts(step);
-  if (!queries.read_out.apply_repulsion(step.body_span(), time_step)) applyRepulsionForce(time_step);
+  step.find_soft_contacts();
+  if (!step.queries.read_out.apply_repulsion(step.bodies(), time_step)) applyRepulsionForce(time_step);
 
   // Bullet's integrateTransforms(). Anchors follow their rigid objects and take their nodes along.
   positionCorrection(time_step);
   // NOLINTNEXTLINE(bugprone-parent-virtual-call): the class in between would do the other two as well
   btMultiBodyDynamicsWorld::integrateTransforms(time_step);
-  queries.prevent_crossings(step.body_span(), getCollisionObjectArray(), step.gate(), time_step);
+  step.prevent_crossings(time_step);
   deformable_solver_->applyTransforms(time_step);
 
-  refit_face_trees(step.body_span());
+  refit_face_trees(step.bodies());
   updateActions(time_step);
   updateActivationState(time_step);
-  queries.read_out.finish(*getBroadphase());
+  step.end();
 }
 
 }  // namespace softcd::bullet

@@ -3,23 +3,9 @@
 #include <functional>
 
 #include "BulletCollision/CollisionDispatch/btCollisionObject.h"
+#include "native/at_end.hpp"
 
 namespace softcd::bullet {
-namespace {
-
-class RayTest {
- public:
-  explicit RayTest(BroadphaseHooks& hooks) : hooks_(hooks) { hooks_.before_ray_test(); }
-  ~RayTest() { hooks_.after_ray_test(); }
-  RayTest(const RayTest&) = delete;
-  RayTest& operator=(const RayTest&) = delete;
-
- private:
-  BroadphaseHooks& hooks_;
-};
-
-}  // namespace
-
 void HookedPairCache::processAllOverlappingPairs(btOverlapCallback* callback, btDispatcher* dispatcher,
                                                  const btDispatcherInfo& info) {
   const auto process = [&] { original_.processAllOverlappingPairs(callback, dispatcher, info); };
@@ -39,7 +25,8 @@ void HookedBroadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* disp
 
 void HookedBroadphase::rayTest(const btVector3& from, const btVector3& to, btBroadphaseRayCallback& callback,
                                const btVector3& aabb_min, const btVector3& aabb_max) {
-  const RayTest ray_test(hooks_);
+  hooks_.before_ray_test();
+  const AtEnd ends([this] { hooks_.after_ray_test(); });
   Broadphase::rayTest(from, to, callback, aabb_min, aabb_max);
 }
 

@@ -1,7 +1,8 @@
 #include "softcd/bullet/soft_worlds.hpp"
 
+#include "native/at_end.hpp"
 #include "softcd/bullet/dispatcher.hpp"
-#include "worlds/world_step.hpp"
+#include "worlds/step_driver.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -10,21 +11,6 @@ namespace {
 WorldDetection* detection_of(btDispatcher* dispatcher, const btBroadphaseInterface* broadphase) {
   auto* ours = dynamic_cast<Dispatcher*>(dispatcher);
   return ours != nullptr && ours->serves(*broadphase) ? &ours->detection() : nullptr;
-}
-
-/// Does the first half of btCollisionWorld::performDiscreteCollisionDetection.
-void find_pairs(const WorldStep& step) {
-  step.world.updateAabbs();
-  prepare_pairs(step);
-  step.world.computeOverlappingPairs();
-  for_each_near_rigid(*step.world.getPairCache(),
-                      [](btSoftBody& body) { body.updateNodeTree(/*use_velocity=*/false, /*margin=*/true); });
-}
-
-/// Does the second half.
-void process_pairs(btCollisionWorld& world) {
-  world.getDispatcher()->dispatchAllCollisionPairs(world.getPairCache(), world.getDispatchInfo(),
-                                                   world.getDispatcher());
 }
 
 }  // namespace
@@ -48,20 +34,29 @@ SoftWorld<BulletWorld>::~SoftWorld() {
 
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::predictUnconstraintMotion(btScalar time_step) {
-  const NodeTreesAtRest at_rest(span_of(this->getSoftBodyArray()), kClassicTreeFlag);
+  const NodeTreesAtRest at_rest = ClassicStep(*this, this->getSoftBodyArray(), *detection_->queries_).predict();
   BulletWorld::predictUnconstraintMotion(time_step);
 }
 
+// Follows btCollisionWorld's function.
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::performDiscreteCollisionDetection() {
-  const WorldStep step{*this, this->getSoftBodyArray(), *detection_->queries_};
-  find_pairs(step);
+  const ClassicStep step(*this, this->getSoftBodyArray(), *detection_->queries_);
+  this->updateAabbs();
+  step.pairs();
+  this->computeOverlappingPairs();
+  for_each_near_rigid(*this->getPairCache(),
+                      [](btSoftBody& body) { body.updateNodeTree(/*use_velocity=*/false, /*margin=*/true); });
+  const auto dispatch = [this] {
+    this->getDispatcher()->dispatchAllCollisionPairs(this->getPairCache(), this->getDispatchInfo(),
+                                                     this->getDispatcher());
+  };
   if (own_detection_ != nullptr) {
-    process_classic_pairs(step, [this] { process_pairs(*this); });
+    step.process(dispatch);
   } else {
     step.queries.prevents_crossings_later = true;
-    process_pairs(*this);
-    step.queries.keep_starts(step.body_span());
+    dispatch();
+    step.queries.keep_starts(step.bodies());
   }
 }
 
@@ -74,18 +69,19 @@ void SoftWorld<BulletWorld>::rayTest(const btVector3& from, const btVector3& to,
 
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::internalSingleStepSimulation(btScalar time_step) {
-  const WorldStep step{*this, this->getSoftBodyArray(), *detection_->queries_};
-  const NodesInMotion in_motion(step.queries.rays);
-  step.queries.read_out.begin_step();
+  const ClassicStep step(*this, this->getSoftBodyArray(), *detection_->queries_);
+  step.queries.rays.begin_motion();
+  const AtEnd motion_ends([&step] { step.queries.rays.end_motion(); });
+  step.begin();
   BulletWorld::internalSingleStepSimulation(time_step);
-  finish_classic_step(step, time_step);
+  step.end(time_step);
 }
 
 /// Bullet's step calls this last before it solves its soft bodies.
 template <class BulletWorld>
 void SoftWorld<BulletWorld>::updateActivationState(btScalar time_step) {
   BulletWorld::updateActivationState(time_step);
-  prepare_classic_solver({*this, this->getSoftBodyArray(), *detection_->queries_});
+  ClassicStep(*this, this->getSoftBodyArray(), *detection_->queries_).before_solver();
 }
 
 template class SoftWorld<btSoftRigidDynamicsWorld>;

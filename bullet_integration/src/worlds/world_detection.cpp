@@ -36,7 +36,7 @@ void WorldDetection::set_settings(const Settings& settings) {
 }
 
 void WorldDetection::set_filters(const btSoftBody& body, BodyFilters filters) {
-  queries_->set_filters(body, std::move(filters));
+  queries_->mirror.set_filters(body, std::move(filters));
 }
 
 void WorldDetection::forget_ray_positions() {

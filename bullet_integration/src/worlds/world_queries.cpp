@@ -6,7 +6,6 @@
 #include <new>
 
 #include "LinearMath/btQuickprof.h"
-#include "native/pair_order.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -22,13 +21,13 @@ Settings chosen(const WorldKind& kind, Settings settings) {
 WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
     : kind_(kind),
       settings_(chosen(kind, settings)),
-      mirror_(kind.contacts.ends, settings_),
-      contacts("the step has Bullet's own contacts between soft bodies", kind.contacts, mirror_, settings_),
-      crossings("the step prevents no crossings", kind.crossings, mirror_, settings_),
-      untangling("the step moves no intersecting bodies apart", kind.crossings, mirror_, settings_),
-      rigid_meshes("the step has Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror_,
+      mirror(kind.contacts.ends, settings_),
+      contacts("the step has Bullet's own contacts between soft bodies", kind.contacts, mirror, settings_),
+      crossings("the step prevents no crossings", kind.crossings, mirror, settings_),
+      untangling("the step moves no intersecting bodies apart", kind.crossings, mirror, settings_),
+      rigid_meshes("the step has Bullet's own contacts of soft bodies with rigid meshes", kind.contacts, mirror,
                    settings_),
-      convex_shapes("the step has only Bullet's own contacts of soft bodies with convex shapes", kind.contacts, mirror_,
+      convex_shapes("the step has only Bullet's own contacts of soft bodies with convex shapes", kind.contacts, mirror,
                     settings_),
       read_out(kind.read_contacts, settings_),
       rays(kind.ray_targets, settings_) {}
@@ -49,7 +48,7 @@ void WorldQueries::set_settings(const Settings& settings) {
 }
 
 void WorldQueries::follow_settings() {
-  mirror_.follow_settings();
+  mirror.follow_settings();
   contacts.follow_settings();
   crossings.follow_settings();
   untangling.follow_settings();
@@ -75,8 +74,7 @@ void WorldQueries::finish_contacts(bool has_started, Span<btSoftBody* const> bod
 }
 
 void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const PairGate& gate) {
-  RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::mesh);
-  restore_order(collected.pairs, gate);
+  const RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::mesh, gate);
   const bool has_read = rigid_meshes.run([&](RigidMeshDetection& detection) {
     if (!collected.is_complete) throw std::bad_alloc();
     read_meshes(detection, collected.pairs, gate.info().m_timeStep);
@@ -84,7 +82,7 @@ void WorldQueries::find_mesh_contacts(btCollisionDispatcher& dispatcher, const P
   const bool has_found = has_read && rigid_meshes.run([&](RigidMeshDetection& detection) {
     for (const RigidPair& pair : collected.pairs) {
       near_meshes_.push_back(pair.soft);
-      if (kind_.moves_rigid_bodies_first) late_impulses_.add_on_mesh(*pair.soft);
+      if (kind_.moves_rigid_bodies_first) late_impulses.add_on_mesh(*pair.soft);
     }
     std::sort(near_meshes_.begin(), near_meshes_.end(), std::less<>());
     detection.find_contacts(released());
@@ -110,15 +108,14 @@ void WorldQueries::read_meshes(RigidMeshDetection& detection, const std::vector<
 }
 
 void WorldQueries::find_convex_contacts(const PairGate& gate) {
-  RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::convex);
-  restore_order(collected.pairs, gate);
+  const RigidPairs::Collected collected = rigid_pairs_->take_collected(RigidPairKind::convex, gate);
   convex_shapes.run([&](ConvexDetection& detection) {
     BT_PROFILE("softcd convex shapes");
     if (!collected.is_complete) throw std::bad_alloc();
     detection.read(collected.pairs, gate.info().m_timeStep);
     detection.find_contacts(/*released=*/nullptr);
     if (settings_.detection == Detection::ccd && kind_.moves_rigid_bodies_first) {
-      for (const auto& [soft, object] : detection.policy().meetings()) late_impulses_.add(*soft, *object);
+      for (const auto& [soft, object] : detection.policy().meetings()) late_impulses.add(*soft, *object);
     }
   });
 }

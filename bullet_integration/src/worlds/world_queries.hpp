@@ -26,11 +26,11 @@ class WorldQueries {
   /// `kind` must outlive it.
   WorldQueries(const WorldKind& kind, const Settings& settings);
 
+  const WorldKind& kind() const { return kind_; }
   /// Returns the settings, with the world's choice in place of EdgeContacts::automatic.
   const Settings& settings() const { return settings_; }
   /// Throws as Scene::set_options and Query::set_options do. The old settings then stay.
   void set_settings(const Settings& settings);
-  void set_filters(const btSoftBody& body, BodyFilters filters) { mirror_.set_filters(body, std::move(filters)); }
 
   /// Detects contacts of soft bodies with each other and with rigid objects, between Bullet's prediction and its
   /// solver. `process_natively` makes Bullet process all other pairs of the gate's dispatcher.
@@ -56,7 +56,7 @@ class WorldQueries {
                                             settings_.convex_shapes != ConvexShapes::nodes);
       process_natively();
     }
-    late_impulses_.clear();
+    late_impulses.clear();
     // Comes first, while the arrays have only Bullet's own contacts, because it may remove some of them.
     if (settings_.convex_shapes != ConvexShapes::nodes) find_convex_contacts(gate);
     if (settings_.rigid_meshes) find_mesh_contacts(*dispatcher, gate);
@@ -67,12 +67,6 @@ class WorldQueries {
   }
   /// Classic worlds: call it before the solver; see CrossingPrevention.
   void keep_starts(Span<btSoftBody* const> bodies);
-  /// Classic worlds: call keep_velocities() after Bullet has moved rigid bodies and before it solves soft bodies, and
-  /// answer_late() after that; see LateImpulses.
-  void keep_velocities() { late_impulses_.keep_velocities(); }
-  void answer_late(const btCollisionObjectArray& objects, btScalar time_step) {
-    late_impulses_.answer(objects, time_step, read_out.replayed_impulses());
-  }
   /// Returns whether the step's last pass prevents crossings of the body's nodes. With dcd it does so only near rigid
   /// meshes, where links and self-contacts can pull nodes through a mesh after its contacts were solved.
   bool prevents_crossings(const btSoftBody& body) const;
@@ -97,19 +91,17 @@ class WorldQueries {
   void begin_step(Span<btSoftBody* const> bodies) {
     near_meshes_.clear();
     if (untangling.get() != nullptr) untangles() ? untangling.get()->begin_step() : untangling.get()->clear();
-    mirror_.begin_step(bodies);
+    mirror.begin_step(bodies);
   }
-  /// Call it before prevent_crossings() if the app could change the world in between.
-  void resume_step(Span<btSoftBody* const> bodies) { mirror_.resume_step(bodies); }
 
  private:
   void follow_settings();
 
   const WorldKind& kind_;
-  Settings settings_;   ///< all members below refer to it
-  WorldMirror mirror_;  ///< declared before its users
+  Settings settings_;  ///< all members below refer to it
 
  public:
+  WorldMirror mirror;  ///< declared before its users
   Guarded<ContactDetection> contacts;
   Guarded<CrossingPrevention> crossings;
   Guarded<Untangling> untangling;
@@ -117,6 +109,7 @@ class WorldQueries {
   Guarded<ConvexDetection> convex_shapes;
   WorldReadOut read_out;
   WorldRays rays;
+  LateImpulses late_impulses;
   /// Returns the world's broad phase, or null if that is gone.
   std::function<btBroadphaseInterface*()> broadphase = [] { return nullptr; };
   /// Whether the present step will call prevent_crossings(). A world that leaves its contacts to a Dispatcher sets it
@@ -136,7 +129,6 @@ class WorldQueries {
 
   std::shared_ptr<RigidPairs> rigid_pairs_ = std::make_shared<RigidPairs>();
   std::vector<const btSoftBody*> near_meshes_;  ///< in this step, ascending
-  LateImpulses late_impulses_;
   bool may_have_foreign_algorithms_ = true;
 };
 

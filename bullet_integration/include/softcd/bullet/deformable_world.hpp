@@ -46,9 +46,6 @@ class SOFTCD_EXPORT DeformableWorld : public btDeformableMultiBodyDynamicsWorld 
   void internalSingleStepSimulation(btScalar time_step) override;
 
  private:
-  void predict(btScalar time_step);
-  void detect_rigid_contacts();
-
   btDeformableBodySolver* deformable_solver_;
   WorldDetection detection_;
 };

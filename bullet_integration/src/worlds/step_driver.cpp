@@ -1,0 +1,63 @@
+#include "worlds/step_driver.hpp"
+
+#include "bodies/bounds.hpp"
+#include "bodies/query_options.hpp"
+
+namespace softcd::bullet {
+namespace {
+
+/// Enlarges the body's box in the broad phase to the whole step, from m_q to m_x or back.
+void sweep_box(btSoftBody& body, btBroadphaseInterface& broadphase, btDispatcher* dispatcher) {
+  // Sleeping bodies have no prediction: their m_q has no meaning.
+  if (!body.isActive() || body.getBroadphaseHandle() == nullptr || body.m_nodes.size() == 0) return;
+  Bounds box = bounds_of(body, {&btSoftBody::Node::m_q}).grown(body.getCollisionShape()->getMargin());
+  box.add({body.m_bounds[0], body.m_bounds[1]});
+  broadphase.setAabb(body.getBroadphaseHandle(), box.low, box.high, dispatcher);
+}
+
+}  // namespace
+
+void sweep_boxes(Span<btSoftBody* const> bodies, const Settings& settings, btBroadphaseInterface& broadphase,
+                 btDispatcher* dispatcher) {
+  if (!finds_rigid_contacts(settings)) return;
+  for (btSoftBody* body : bodies) sweep_box(*body, broadphase, dispatcher);
+}
+
+void StepDriver::pairs() const {
+  queries.keep_rigid_starts(objects(), world_.getDispatchInfo().m_timeStep);
+  sweep_boxes(bodies(), queries.settings(), broadphase(), world_.getDispatcher());
+}
+
+void ClassicStep::process_late() const {
+  for (btSoftBody* body : bodies()) {
+    if (body->isActive()) body->m_scontacts.resize(0);  // Bullet's own contacts
+  }
+  queries.begin_step(bodies());
+  queries.find_contacts(bodies(), gate());
+  queries.read_contacts(bodies(), broadphase());
+}
+
+/// Bullet has already moved rigid bodies.
+void ClassicStep::before_solver() const {
+  queries.late_impulses.keep_velocities();
+  queries.read_out.replay_solver(bodies());
+}
+
+void ClassicStep::end(btScalar time_step) const {
+  queries.read_out.confirm_replay(bodies());
+  queries.late_impulses.answer(objects(), time_step, queries.read_out.replayed_impulses());
+  queries.read_out.take_replayed_impulses();
+  queries.prevent_crossings(bodies(), objects(), gate(), time_step);
+  queries.read_out.finish(broadphase());
+}
+
+void DeformableStep::find_soft_contacts() const {
+  queries.find_contacts(bodies(), gate());
+  queries.read_contacts(bodies(), broadphase());
+}
+
+void DeformableStep::prevent_crossings(btScalar time_step) const {
+  queries.prevent_crossings(bodies(), objects(), gate(), time_step);
+}
+
+}  // namespace softcd::bullet
