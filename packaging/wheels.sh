@@ -42,6 +42,8 @@ root=$PWD
 build=$root/build/wheels
 dist=$build/dist
 export CMAKE_BUILD_PARALLEL_LEVEL=${SOFTCD_JOBS:-$(nproc)}
+# The detector's source, which takes longest, is compiled for several GPUs at a time.
+export CUDAFLAGS="${CUDAFLAGS:-} --threads=$CMAKE_BUILD_PARALLEL_LEVEL"
 
 # All wheels have the same library in them, which is compiled once.
 export CMAKE_CXX_COMPILER_LAUNCHER=ccache CMAKE_CUDA_COMPILER_LAUNCHER=ccache

@@ -26,6 +26,9 @@ void bound_range(const BoundTriangle& bound, std::uint32_t begin, std::uint32_t 
 /// The volumes of as many triangles as registers have lanes: the lower bounds along all axes, then the upper ones.
 struct Volumes {
   Float of[2 * kKdopAxes];
+
+  /// Leaves the values open. g++ for aarch64 compiles an implicit constructor without the options of these registers.
+  HWY_INLINE Volumes() {}  // NOLINT(cppcoreguidelines-pro-type-member-init)
 };
 
 /// The bounds of triangles along one axis.
@@ -244,7 +247,7 @@ HWY_INLINE bool bound_register(const BoundTriangle& bound, std::uint32_t first, 
     out = bits_of(are_out);
   }
 
-  Volumes volumes;  // NOLINT(cppcoreguidelines-pro-type-member-init): written below
+  Volumes volumes;
   BoundedRegister<kSwept> bounded{
       t0, t1, growing, growing.diagonal(tight_t0), growing.diagonal(tight_t1), bound.end_volumes, first, volumes};
   for (int axis = 0; axis < 3; ++axis) bounded.bound_along(axis, at_t0.along[axis], at_t1.along[axis]);
