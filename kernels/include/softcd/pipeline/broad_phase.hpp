@@ -126,7 +126,10 @@ class BroadPhaseStages {
   }
 
   /// Finds the pairs among the kept ones, but for those of escaped triangles.
-  void test_kept_pairs() { test_kept_pairs(w_.volumes.data(), kEscapedTriangle); }
+  void test_kept_pairs() {
+    const bool has_none = Backend::kKnowsCounts && counters_->escaped == 0;
+    test_kept_pairs(w_.volumes.data(), has_none ? 0U : kEscapedTriangle);
+  }
 
   /// Finds the pairs of escaped triangles. There must be no more than kMostEscaped.
   void look_up_escaped() {

@@ -148,14 +148,10 @@ struct ExpandPair {
     constexpr std::uint32_t kWanted = kKind == ContactKind::vertex_triangle ? kWantsVertexTriangle : kWantsEdgeEdge;
     constexpr std::uint32_t kShift = kKind == ContactKind::vertex_triangle ? 0 : 3;
     const std::uint32_t bits = (shape_a.flags & shape_b.flags & kWanted) != 0U ? 7U : 0U;
-    Item work{a,
-              b,
-              scene.triangles[a],
-              scene.triangles[b],
-              (shape_a.flags >> kShift) & bits_against(shape_b, bits),
-              (shape_b.flags >> kShift) & bits_against(shape_a, bits),
-              {},
-              {}};
+    Item work{};
+    work.owned_a = (shape_a.flags >> kShift) & bits_against(shape_b, bits);
+    work.owned_b = (shape_b.flags >> kShift) & bits_against(shape_a, bits);
+    if (work.part_count() == 0) return work;
     const std::uint32_t body_a = scene.triangle_body[a];
     const std::uint32_t body_b = scene.triangle_body[b];
     const float margin_a = scene.bodies[body_a].margin;
@@ -170,11 +166,15 @@ struct ExpandPair {
     if constexpr (kKind == ContactKind::edge_edge && !kSwept) {
       // Triangles may have been grown for their vertices' contacts, which reach farther than those of edges.
       const float growth = outward_down(shape_a.growth + shape_b.growth);
-      if (work.part_count() > 0 &&
-          certainly_apart_before_growth(volumes[a], volumes[b], growth, work.reach_a.distance)) {
+      if (certainly_apart_before_growth(volumes[a], volumes[b], growth, work.reach_a.distance)) {
         work.owned_a = 0;
+        return work;
       }
     }
+    work.a = a;
+    work.b = b;
+    work.corners_a = scene.triangles[a];
+    work.corners_b = scene.triangles[b];
     return work;
   }
 

@@ -68,16 +68,21 @@ struct KeepVolume {
   }
 };
 
-/// Tests a pair of triangles as a detection tests two that meet in a cell.
-template <bool kSwept>
+/// Tests a pair of triangles as a detection tests two that meet in a cell. Kept pairs share no vertex, because pairs
+/// are kept only where neighbours are listed.
+template <bool kMayShareVertex, bool kSwept>
 SOFTCD_HD bool may_touch_outside_cells(const PairTest<kSwept>& test, std::uint32_t t, std::uint32_t u) {
   if (!overlap(test.volumes[t], test.volumes[u])) return false;
   const Entry a = test.entry_of(t);
   const Entry b = test.entry_of(u);
-  return test.classes_may_touch(test.touchable_classes(a), b) && test.own_features(a, b) && test.may_touch(a, b);
+  if (!test.classes_may_touch(test.touchable_classes(a), b) || !test.own_features(a, b)) return false;
+  if constexpr (kMayShareVertex) return test.may_touch(a, b);
+  if (!test.bodies_may_touch(a, b)) return false;
+  if constexpr (kSwept) return test.may_meet(t, u);
+  return true;
 }
 
-/// Tests a kept pair. Leaves out pairs of triangles that have one of the flags `left_out`.
+/// Tests a kept pair. Leaves out pairs of triangles that have one of the flags `left_out`, if any.
 template <bool kSwept>
 struct TestKept {
   PairTest<kSwept> test;
@@ -88,8 +93,8 @@ struct TestKept {
   SOFTCD_HD void operator()(std::uint32_t i, Pairs& pairs) const {
     const auto t = static_cast<std::uint32_t>(kept[i] >> 32);
     const auto u = static_cast<std::uint32_t>(kept[i]);
-    if (((test.shapes[t].flags | test.shapes[u].flags) & left_out) != 0U) return;
-    if (may_touch_outside_cells(test, t, u)) pairs.push(kept[i]);
+    if (left_out != 0U && ((test.shapes[t].flags | test.shapes[u].flags) & left_out) != 0U) return;
+    if (may_touch_outside_cells<false>(test, t, u)) pairs.push(kept[i]);
   }
 };
 
@@ -133,7 +138,7 @@ struct LookUpEscaped {
       }
       const std::uint32_t u = escaped.triangles[i];
       if (u == t || (has_escaped && t < u)) continue;
-      if (may_touch_outside_cells(test, smaller(t, u), larger(t, u))) pairs.push(pair_key(t, u));
+      if (may_touch_outside_cells<true>(test, smaller(t, u), larger(t, u))) pairs.push(pair_key(t, u));
     }
   }
 };

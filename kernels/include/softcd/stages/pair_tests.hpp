@@ -103,12 +103,15 @@ struct PairTest {
   }
   SOFTCD_HD std::uint32_t touchable_classes(Entry a) const { return scene.class_may_touch[body_class(a)]; }
 
+  /// Whether the bodies of two entries may touch if their classes may.
+  SOFTCD_HD bool bodies_may_touch(Entry a, Entry b) const {
+    return scene.body_count <= kBodyClasses ||
+           scene.bodies_may_touch(scene.element_body(a.root), scene.element_body(b.root));
+  }
+
   /// Whether two entries may touch if their classes may: not if they are neighbours whose features are listed.
   SOFTCD_HD bool may_touch(Entry a, Entry b) const {
-    if (scene.body_count > kBodyClasses &&
-        !scene.bodies_may_touch(scene.element_body(a.root), scene.element_body(b.root))) {
-      return false;
-    }
+    if (!bodies_may_touch(a, b)) return false;
     if ((unsigned{scene.is_patch(a.root)} | unsigned{scene.is_patch(b.root)}) != 0U)
       return volumes_meet(a.root, b.root);
     if (scene.self_collision && share_vertex(scene.triangles[a.root], scene.triangles[b.root])) {
