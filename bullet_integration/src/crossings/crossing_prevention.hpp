@@ -82,7 +82,7 @@ class CrossingPrevention {
   void require(btSoftBody& body, btScalar time_step);
   bool require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step);
   bool keeps_apart(btSoftBody& a, btSoftBody& b, const PairRule& rule) const;
-  bool keeps_from_itself(const btSoftBody& body) const;
+  bool keeps_from_itself(BodyId id) const;
   void require_neighbours(Span<btSoftBody* const> moved, btScalar time_step);
   std::vector<Impact> find_impacts(Pairs pairs);
   void restore_start(btSoftBody& body) const;
