@@ -200,6 +200,13 @@ bool CrossingPrevention::keeps_apart(btSoftBody& a, btSoftBody& b, const PairRul
          has_vertex_face_contacts(kind_.ends, a) && has_vertex_face_contacts(kind_.ends, b) && rule(a, b);
 }
 
+/// Returns whether a body must not cross itself. With discrete detection that holds only if a response has moved it.
+bool CrossingPrevention::keeps_from_itself(BodyId id) const {
+  if (prevents_soft_crossings(settings_)) return true;
+  const WorldMirror::Member* const member = mirror_.find(id);
+  return member != nullptr && answered_.has(*member->body) && has_vertex_face_contacts(kind_.ends, *member->body);
+}
+
 /// Requires the soft bodies that moved bodies may reach.
 void CrossingPrevention::require_neighbours(Span<btSoftBody* const> moved, btScalar time_step) {
   if (prevents_soft_crossings(settings_)) return;
@@ -228,8 +235,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
     return keeps_apart(a, b, rule);
   };
   const PairFilter filter = pair_filter(mirror_, rule_of_all);
-  query_.set_pair_filter(
-      [&](BodyId a, BodyId b) { return a == b ? prevents_soft_crossings(settings_) : filter(a, b); });
+  query_.set_pair_filter([&](BodyId a, BodyId b) { return a == b ? keeps_from_itself(a) : filter(a, b); });
   answered_.clear();
   constrained_.clear();
   tangled_.begin_step(mirror_, kind_.ends);

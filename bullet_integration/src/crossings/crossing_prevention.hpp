@@ -18,7 +18,8 @@ namespace softcd::bullet {
 /// Last pass of a step with continuous detection. Changes the nodes' end positions until no node crosses a face on its
 /// straight path. If edge contacts get responses, no edge crosses an edge either. Margins do not count. Rigid triangle
 /// meshes are obstacles that are not changed. With discrete detection the pass prevents crossings with obstacles,
-/// including those of their edges, and crossings of soft bodies with those that the pass has moved.
+/// including those of their edges, and crossings of soft bodies that the pass has moved, with others and with
+/// themselves.
 ///
 /// Impulses come first, then impact zones, which move as rigid bodies. Then small gaps separate features that zones
 /// leave within the rounding of positions. Nodes that still meet stay where the step began, because nothing crossed
@@ -69,6 +70,7 @@ class CrossingPrevention {
   void require(btSoftBody& body, btScalar time_step);
   bool require(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step);
   bool keeps_apart(btSoftBody& a, btSoftBody& b, const PairRule& rule) const;
+  bool keeps_from_itself(BodyId id) const;
   void require_neighbours(Span<btSoftBody* const> moved, btScalar time_step);
   std::vector<Impact> find_impacts(Pairs pairs);
   void restore_start(btSoftBody& body) const;
