@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -133,6 +134,55 @@ TEST(EdgesInTheDeformableWorld, all_have_contacts_by_default) {
   EXPECT_GT(edge_count, 100U);
   const DeformableBumps without(bullet::EdgeContacts::off);
   EXPECT_EQ(bumps.given_count() - without.given_count(), 2 * edge_count);
+}
+
+/// A flat sheet that touches itself, at rest in the deformable world, without gravity. Its edges are 0.125 apart.
+struct FlatSheet {
+  FlatSheet(World world, const std::optional<bullet::Settings>& settings, btScalar margin)
+      : simulation(world, settings) {
+    simulation.set_gravity(btVector3(0, 0, 0));
+    auto sheet = demo::make_cloth(simulation.world_info(), flat(0), 1);
+    sheet->getCollisionShape()->setMargin(margin);
+    sheet->setSelfCollision(true);
+    body = &simulation.add(std::move(sheet));
+  }
+  /// Returns the kinetic energy after a second.
+  double energy() {
+    for (int step = 0; step < 240; ++step) simulation.step(btScalar(1) / 240);
+    double energy = 0;
+    for (int i = 0; i < body->m_nodes.size(); ++i) {
+      energy += double(body->m_nodes[i].m_v.length2()) / double(body->m_nodes[i].m_im) / 2;
+    }
+    return energy;
+  }
+
+  AnySimulation simulation;
+  btSoftBody* body;
+};
+
+// Bullet's trees find no contacts within a flat part of a surface. They would push against its springs all the time.
+TEST(ContactsWithinABody, do_not_crumple_a_flat_sheet_that_is_finer_than_the_margins) {
+  for (const World world : {World::deformable, World::attached_deformable}) {
+    for (const btScalar margin : {btScalar(0.05), btScalar(0.08), btScalar(0.12)}) {
+      SCOPED_TRACE(double(margin));
+      EXPECT_LT(FlatSheet(world, std::nullopt, margin).energy(), 1e-9) << "with Bullet alone";
+      FlatSheet sheet(world, DeformableBumps::settings_with(bullet::EdgeContacts::automatic), margin);
+      EXPECT_LT(sheet.energy(), 1e-9);
+      EXPECT_GT(sheet.simulation.detection().contact_report().statistics().vt_contacts, 0U) << "which are not given";
+    }
+  }
+}
+
+TEST(ContactsWithinABody, push_the_layers_of_a_roll_apart) {
+  const auto contacts_with = [](bullet::EdgeContacts edges) {
+    AnySimulation simulation(World::deformable, DeformableBumps::settings_with(edges));
+    auto roll = make_roll(simulation.world_info(), 40, 5);
+    roll->setSelfCollision(true);
+    btSoftBody& body = simulation.add(std::move(roll));
+    simulation.step(btScalar(1e-5));
+    return body.m_faceNodeContacts.size();
+  };
+  EXPECT_GT(contacts_with(bullet::EdgeContacts::automatic), contacts_with(bullet::EdgeContacts::off) + 100);
 }
 
 }  // namespace

@@ -65,7 +65,7 @@ bool ContactEconomy::are_of_one_choice(const Contact& a, const Contact& b) const
 }
 
 bool ContactEconomy::keeps(const MemberContact& edges) const {
-  return !chooses_edges_ || !has_nearer_contact(edges, kind_.ends);
+  return !are_joined_by_fine_faces(edges, kind_.ends) && (!chooses_edges_ || !has_nearer_contact(edges, kind_.ends));
 }
 
 void ContactEconomy::choose(std::vector<NodeContact>& contacts, std::vector<std::uint32_t>& nearest_first) const {

@@ -162,10 +162,23 @@ bool has_face_near(const WorldMirror::Member& member, std::uint32_t node, std::u
   });
 }
 
+/// Returns whether the node is beside its body's face: more than twice as far from it as from its plane. Bullet's trees
+/// find no contacts within a flat part of a surface, whose normals lie in a cone. ContactRule::slab does where faces
+/// are finer than the margins, and such contacts would crumple the surface.
+bool is_beside_face(const MemberContact& found) {
+  const auto place = [&](int i) { return to_doubles(found.node(i).m_x); };
+  const double distance = closest_points_vertex_triangle(place(0), place(1), place(2), place(3)).distance();
+  return distance > 2 * double(found.contact.distance);
+}
+
 /// Returns whether Bullet's trees would find the pair. ContactRule::slab reaches farther beyond the edges of a face
 /// that is small compared with the margins, and would push away nodes that are beside the face.
 bool are_near_for_bullet(const MemberContact& found) {
-  if (&found.a == &found.b) return has_face_near(found.a, found.contact.feature_a, found.contact.feature_b);
+  if (&found.a == &found.b) {
+    const std::uint32_t face = found.contact.feature_b;
+    const bool is_near = has_face_near(found.a, found.contact.feature_a, face);
+    return is_near && !(is_finer_than_margins(found.b, face) && is_beside_face(found));
+  }
   return Intersect(box_of(*found.a.body, found.node(0)), box_of(*found.b.body, found.face()));
 }
 
@@ -234,6 +247,13 @@ bool starts_through(const MemberContact& found) {
 }
 
 }  // namespace
+
+bool is_finer_than_margins(const WorldMirror::Member& member, std::uint32_t face) {
+  if (face >= member.mesh.face_count) return false;
+  const btScalar margins = margin_sum(*member.body, *member.body);
+  // Bullet's m_ra is twice the area.
+  return member.face(face).m_ra <= 2 * margins * margins;
+}
 
 EdgeContact edge_contact_of(const MemberContact& found) {
   const Contact& contact = found.contact;

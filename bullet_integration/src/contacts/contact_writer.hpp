@@ -52,6 +52,10 @@ struct ContactShare {
   bool is_turned = false;   ///< whether it pushes the node back through the face
 };
 
+/// Returns whether a face of the body is so small at rest that features on both sides of it are within the margins of
+/// contacts within the body. Measured by a right-angled face with two equal sides, whose height is at most the margins.
+bool is_finer_than_margins(const WorldMirror::Member& member, std::uint32_t face);
+
 EdgeContact edge_contact_of(const MemberContact& found);
 
 /// Contacts of classic worlds: btSoftBody::SContact. Bullet's solver treats them in turn.

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "bodies/vectors.hpp"
+#include "contacts/contact_writer.hpp"
 #include "softcd/math/closest_point.hpp"
 #include "softcd/math/scalar.hpp"
 #include "softcd/mesh/features.hpp"
@@ -27,15 +28,16 @@ class EdgeSide {
 
   /// Returns whether a face at the edge certainly leads from the point on it in the direction.
   bool has_face_towards(Vec3d point, Vec3d direction) const {
-    for (const std::uint32_t number : member_.mesh.faces_at(nodes_[0])) {
-      const Triangle face = member_.mesh.corners(number);
-      if (!has_vertex(face, nodes_[1])) continue;
-      const auto* const corner = std::find_if(std::begin(face.v), std::end(face.v), [this](std::uint32_t node) {
-        return node != nodes_[0] && node != nodes_[1];
-      });
-      if (corner != std::end(face.v) && leads_towards(point, place_of(*corner), direction)) return true;
-    }
-    return false;
+    return any_corner(nodes_, 2,
+                      [&](std::uint32_t /*face*/, Vec3d corner) { return leads_towards(point, corner, direction); });
+  }
+
+  /// Returns the same for faces finer than the margins, at the edge or, if the point is an end, at that end.
+  bool has_fine_face_towards(const double* weights, Vec3d point, Vec3d direction) const {
+    const bool is_end = weights[0] <= 0 || weights[1] <= 0;
+    return any_corner(nodes_ + (weights[0] <= 0 ? 1 : 0), is_end ? 1 : 2, [&](std::uint32_t face, Vec3d corner) {
+      return is_finer_than_margins(member_, face) && leads_towards(point, corner, direction);
+    });
   }
 
  private:
@@ -43,6 +45,20 @@ class EdgeSide {
     const double error = kPositionRounding * (max_norm(from) + max_norm(to));
     const Vec3d way = to - from;
     return dot(way, direction) > error * (max_norm(way) + max_norm(direction));
+  }
+
+  /// Returns whether condition(face, place) holds for another corner of a face with all of these nodes.
+  template <class Condition>
+  bool any_corner(const std::uint32_t* nodes, std::size_t count, Condition condition) const {
+    const auto is_given = [&](std::uint32_t node) { return std::find(nodes, nodes + count, node) != nodes + count; };
+    for (const std::uint32_t index : member_.mesh.faces_at(*nodes)) {
+      const Triangle face = member_.mesh.corners(index);
+      if (!std::all_of(nodes, nodes + count, [&](std::uint32_t node) { return has_vertex(face, node); })) continue;
+      for (const std::uint32_t corner : face.v) {
+        if (!is_given(corner) && condition(index, place_of(corner))) return true;
+      }
+    }
+    return false;
   }
 
   Vec3d place_of(std::uint32_t node) const {
@@ -61,19 +77,36 @@ bool is_contact_of_node(const EdgeSide& side, const double* weights, const EdgeS
   return (weights[0] <= 0 || weights[1] <= 0) && side.body().isActive() && other.has_faces();
 }
 
+/// Two edges and their nearest points at the time of their contact.
+struct NearestEdges {
+  EdgeSide a, b;
+  double weights[4];
+  Vec3d point_a, point_b;
+
+  NearestEdges(const MemberContact& edges, const NodeEnds& ends)
+      : a(edges.a, edges.contact.vertices, double(edges.contact.time_of_impact), ends),
+        b(edges.b, edges.contact.vertices + 2, double(edges.contact.time_of_impact), ends) {
+    const ClosestPoints<double> closest = closest_points_edge_edge(a.place(0), a.place(1), b.place(0), b.place(1));
+    std::copy(std::begin(closest.weights), std::end(closest.weights), std::begin(weights));
+    point_a = weights[0] * a.place(0) + weights[1] * a.place(1);
+    point_b = weights[2] * b.place(0) + weights[3] * b.place(1);
+  }
+};
+
 }  // namespace
 
 bool has_nearer_contact(const MemberContact& edges, const NodeEnds& ends) {
   if (&edges.a == &edges.b) return false;
-  const double time = double(edges.contact.time_of_impact);
-  const EdgeSide a(edges.a, edges.contact.vertices, time, ends);
-  const EdgeSide b(edges.b, edges.contact.vertices + 2, time, ends);
-  const ClosestPoints<double> closest = closest_points_edge_edge(a.place(0), a.place(1), b.place(0), b.place(1));
-  const double(&w)[4] = closest.weights;
+  const auto [a, b, w, point_a, point_b] = NearestEdges(edges, ends);
   if (is_contact_of_node(a, w, b) || is_contact_of_node(b, w + 2, a)) return true;
-  const Vec3d point_a = w[0] * a.place(0) + w[1] * a.place(1);
-  const Vec3d point_b = w[2] * b.place(0) + w[3] * b.place(1);
   return a.has_face_towards(point_a, point_b - point_a) || b.has_face_towards(point_b, point_a - point_b);
+}
+
+bool are_joined_by_fine_faces(const MemberContact& edges, const NodeEnds& ends) {
+  if (&edges.a != &edges.b) return false;
+  const auto [a, b, w, point_a, point_b] = NearestEdges(edges, ends);
+  return a.has_fine_face_towards(w, point_a, point_b - point_a) ||
+         b.has_fine_face_towards(w + 2, point_b, point_a - point_b);
 }
 
 }  // namespace softcd::bullet

@@ -13,4 +13,9 @@ namespace softcd::bullet {
 /// node has a contact with the face at the other edge.
 bool has_nearer_contact(const MemberContact& edges, const NodeEnds& ends);
 
+/// Returns whether the edges are of one body, and a face finer than the margins leads from the nearest point of one of
+/// them to the other one. Such edges are near because the mesh is fine. A contact would push them apart within their
+/// surface, all the time, and against its springs.
+bool are_joined_by_fine_faces(const MemberContact& edges, const NodeEnds& ends);
+
 }  // namespace softcd::bullet
