@@ -41,7 +41,7 @@ void finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, 
     int node = 0;
     for (const btVector3& velocity : before.velocities) body->m_nodes[node++].m_v = velocity;
   }
-  apply_inelastic_impulses(impacts);
+  apply_inelastic_impulses(impacts, RigidResponse::impulses);
   zones.move_as_one();
   for (const auto& [body, before] : answered) {
     if (body->isActive()) body->updateNormals();
