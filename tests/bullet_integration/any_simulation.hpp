@@ -139,4 +139,7 @@ inline const auto kClassicWorlds =
 inline const auto kLookingWorlds =
     worlds_of_run({World::one_line, World::multi_body, World::deformable, World::attached, World::attached_deformable});
 
+/// Those of them whose soft bodies are solved by positions.
+inline const auto kClassicLookingWorlds = worlds_of_run({World::one_line, World::multi_body, World::attached});
+
 }  // namespace softcd::test

@@ -14,6 +14,7 @@
 #include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
 #include "BulletCollision/CollisionShapes/btCompoundShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
+#include "BulletCollision/Gimpact/btGImpactShape.h"
 #include "rigid_intersections.hpp"
 #include "warned_simulation.hpp"
 
@@ -262,6 +263,95 @@ TEST_P(RigidCrossings, ignored_pairs_masks_and_anchored_objects_are_respected) {
     simulation.remove(cloth);
     simulation.world().removeRigidBody(rigid);
   }
+}
+
+/// The sides of a box, for a mesh that moves freely.
+RigidTriangles box_sides(const btVector3& half_extents) {
+  const auto corner = [&](int i) {
+    return half_extents * btVector3(btScalar((i & 1) * 2 - 1), btScalar((i & 2) - 1), btScalar((i & 4) / 2 - 1));
+  };
+  constexpr int kSides[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                                 {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  RigidTriangles triangles;
+  for (const auto& [a, b, c] : kSides) triangles.push_back({corner(a), corner(b), corner(c)});
+  return triangles;
+}
+
+class FreeMeshes : public RigidCrossings {
+ protected:
+  btRigidBody& add_free_box(const btVector3& half_extents, btScalar height, btScalar mass) {
+    triangles = box_sides(half_extents);
+    mesh = std::make_unique<btTriangleMesh>();
+    for (const auto& [a, b, c] : triangles) mesh->addTriangle(a, b, c);
+    auto shape = std::make_unique<btGImpactMeshShape>(mesh.get());
+    shape->setMargin(btScalar(0.01));
+    shape->updateBound();
+    rigid = &simulation.add_rigid(std::move(shape), btVector3(0, height, 0), mass);
+    rigid->setActivationState(DISABLE_DEACTIVATION);
+    return *rigid;
+  }
+  btVector3 momentum() const {
+    btVector3 sum = rigid->getLinearVelocity() / rigid->getInvMass();
+    const btSoftBody& cloth = *bodies[0];
+    for (int i = 0; i < cloth.m_nodes.size(); ++i) sum += cloth.m_nodes[i].m_v / cloth.m_nodes[i].m_im;
+    return sum;
+  }
+  btScalar box_energy() const {
+    const btVector3 turn = rigid->getAngularVelocity();
+    return rigid->getLinearVelocity().length2() / (2 * rigid->getInvMass()) +
+           turn.dot(rigid->getInvInertiaTensorWorld().inverse() * turn) / 2;
+  }
+  static btScalar cloth_energy(const btSoftBody& cloth) {
+    btScalar energy = 0;
+    for (int i = 0; i < cloth.m_nodes.size(); ++i) {
+      const btSoftBody::Node& node = cloth.m_nodes[i];
+      if (node.m_im > 0) energy += node.m_v.length2() / (2 * node.m_im);
+    }
+    return energy;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Worlds, FreeMeshes, kClassicLookingWorlds, world_name);
+
+// The box is smaller than the cloth's triangles, so that no node meets it: only the last pass stops the two.
+TEST_P(FreeMeshes, and_cloths_keep_their_momentum_and_gain_no_energy) {
+  simulation.world().setGravity(btVector3(0, 0, 0));
+  simulation.world_info().m_gravity.setZero();
+  for (const btScalar mass : {btScalar(0.5), btScalar(0.005)}) {
+    SCOPED_TRACE(mass);
+    add_free_box(btVector3(1, 1, 1) * btScalar(0.03), btScalar(-0.3), mass);
+    bodies.clear();
+    btSoftBody& cloth = add_cloth(0);
+    cloth.m_cfg.kDP = 0;
+    cloth.translate(btVector3(btScalar(0.04), 0, btScalar(0.07)));
+    cloth.setVelocity(btVector3(0, -20, 0));
+    const btVector3 momentum_before = momentum();
+    const btScalar energy_before = cloth_energy(cloth);
+    for (int i = 0; i < 6; ++i) step();
+    EXPECT_LT(rigid->getLinearVelocity().y(), -1) << "the cloth takes it along";
+    EXPECT_LT((momentum() - momentum_before).length(), btScalar(0.01) * momentum_before.length());
+    EXPECT_LT(cloth_energy(cloth) + box_energy(), btScalar(1.001) * energy_before);
+    simulation.remove(cloth);
+    simulation.world().removeRigidBody(rigid);
+  }
+  EXPECT_GT(answered, 0);
+  expect_none_through();
+}
+
+// A box fifty times as heavy as a node. If only the cloth felt the impacts, the box would pull it down for metres.
+TEST_P(FreeMeshes, lie_on_a_held_cloth_and_give_it_no_energy) {
+  add_free_box({btScalar(0.2), btScalar(0.07), btScalar(0.2)}, btScalar(0.2), btScalar(0.2));
+  btSoftBody& cloth = add_cloth(0, 17);
+  cloth.setTotalMass(1);
+  for (const int corner : {0, 16, 17 * 16, 17 * 17 - 1}) cloth.setMass(corner, 0);
+  cloth.m_cfg.piterations = 4;
+  btScalar most = 0;
+  for (int i = 0; i < 150; ++i) {
+    step();
+    most = btMax(most, cloth_energy(cloth));
+  }
+  EXPECT_LT(most, 4);
+  EXPECT_GT(rigid->getWorldTransform().getOrigin().y(), -1) << "the cloth holds it";
+  EXPECT_EQ(most_edges, 0U);
 }
 
 class RigidMeshesOff : public testing::TestWithParam<World> {};

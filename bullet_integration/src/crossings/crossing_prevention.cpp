@@ -91,8 +91,14 @@ void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
 }
 
 void CrossingPrevention::take_up(Impact& impact, btScalar time_step) {
-  for (btSoftBody* body : impact.bodies) {
-    if (!obstacles_.has(*body)) take_up(*body, time_step);
+  for (int side = 0; side < 2; ++side) {
+    btSoftBody& body = *impact.bodies[side];
+    if (!obstacles_.has(body)) {
+      take_up(body, time_step);
+    } else if (btRigidBody* const rigid = obstacles_.free_body_of(body)) {
+      impact.rigid = rigid;
+      impact.rigid_sign = btScalar(side == 0 ? 1 : -1);
+    }
   }
   for (int i = 0; i < 4; ++i) impact.constraints[i] = constrained_.find(*impact.nodes[i]);
   if (settings_.read_out == ReadOut::impulses) note_meeting(impact);

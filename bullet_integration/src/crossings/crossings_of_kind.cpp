@@ -32,7 +32,7 @@ void push(Node& node, const btVector3& velocity, const btVector3& shift, btScala
 /// added to them, they could gain energy.
 void finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones) {
   for (const auto& [body, before] : answered) set_values(*body, &Node::m_v, before.velocities);
-  apply_inelastic_impulses(impacts);
+  apply_inelastic_impulses(impacts, RigidResponse::impulses);
   zones.move_as_one();
   for (const auto& [body, before] : answered) {
     if (body->isActive()) body->updateNormals();

@@ -32,6 +32,12 @@ const btCollisionObject& RigidObstacles::object_of(const btSoftBody& body) const
   return object != nullptr ? *object : static_cast<const btCollisionObject&>(body);
 }
 
+btRigidBody* RigidObstacles::free_body_of(const btSoftBody& proxy) const {
+  btRigidBody* const rigid = const_cast<btRigidBody*>(btRigidBody::upcast(proxies_.object_of(proxy)));
+  if (rigid == nullptr || rigid->isStaticOrKinematicObject() || !(rigid->getInvMass() > 0)) return nullptr;
+  return rigid;
+}
+
 void RigidObstacles::begin_step(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step) {
   proxies_.begin_step();
   partners_.clear();

@@ -33,6 +33,8 @@ class RigidObstacles {
   bool has(const btSoftBody& body) const { return partners_.count(&body) != 0; }
   /// Returns the object that the body represents, or the body itself if it is no proxy.
   const btCollisionObject& object_of(const btSoftBody& body) const;
+  /// Returns the rigid body that the proxy represents if impulses can move it, otherwise null.
+  btRigidBody* free_body_of(const btSoftBody& proxy) const;
   /// Returns whether a proxy and a soft body, in any order, may collide.
   bool collide(const btSoftBody& a, const btSoftBody& b) const;
 

@@ -24,30 +24,67 @@ struct RelativeMotion {
   btScalar inverse_mass;
 };
 
+/// The rigid body of an impact whose velocity impulses change, and the place of the impact on it.
+class PushedBody {
+ public:
+  PushedBody(const Impact& impact, RigidResponse response)
+      : body_(response == RigidResponse::impulses ? impact.rigid : nullptr), sign_(impact.rigid_sign) {
+    if (body_ == nullptr) return;
+    for (int i = 0; i < 4; ++i) {
+      if (is_of_body(impact.weights[i])) place_ += sign_ * impact.weights[i] * impact.nodes[i]->m_x;
+    }
+  }
+
+  /// Returns the velocity of one of the impact's nodes.
+  btVector3 velocity(const Impact& impact, int node) const {
+    const btSoftBody::Node& of = *impact.nodes[node];
+    return is_of_body(impact.weights[node]) ? body_->getVelocityInLocalPoint(of.m_x - origin()) : of.m_v;
+  }
+  btScalar inverse_mass(const btVector3& direction) const {
+    return body_ == nullptr ? btScalar(0) : body_->computeImpulseDenominator(place_, direction);
+  }
+  /// Applies an impulse to the first point of the impact, and its opposite to the second.
+  void push(const btVector3& impulse) const {
+    if (body_ == nullptr) return;
+    body_->activate();
+    body_->applyImpulse(sign_ * impulse, place_ - origin());
+  }
+
+ private:
+  /// The nodes of the first point have weights of at least 0, those of the second of at most 0.
+  bool is_of_body(btScalar weight) const { return body_ != nullptr && sign_ * weight > 0; }
+  const btVector3& origin() const { return body_->getCenterOfMassPosition(); }
+
+  btRigidBody* body_;
+  btScalar sign_;
+  btVector3 place_{0, 0, 0};
+};
+
 /// Leaves out motion in the directions of contacts with rigid objects: an impulse in other directions that compensates
 /// it would add energy. Massless and anchored nodes count with their whole motion, since the app or the anchor moves
 /// them. A node that can move along a small part of the direction counts with that part of its weight, so that it is
 /// not thrown.
-RelativeMotion motion_along(const Impact& impact, const btVector3& direction) {
+RelativeMotion motion_along(const Impact& impact, const PushedBody& pushed, const btVector3& direction) {
   btScalar speed = 0;
   ContactInverseMass inverse_mass;
   for (int i = 0; i < 4; ++i) {
     const NodeConstraint* constraint = impact.constraints[i];
     const bool is_in_contact = constraint != nullptr && !constraint->is_anchored();
     const btVector3 moving = free_part(impact, i, direction);
-    speed += impact.weights[i] * (is_in_contact ? moving : direction).dot(impact.nodes[i]->m_v);
+    speed += impact.weights[i] * (is_in_contact ? moving : direction).dot(pushed.velocity(impact, i));
     const btScalar free_share = moving.length();
     if (free_share > 0) inverse_mass.add(impact.weights[i] * free_share, impact.nodes[i]->m_im);
   }
-  return {speed, inverse_mass.value()};
+  return {speed, inverse_mass.value() + pushed.inverse_mass(direction)};
 }
 
 // Returns the speed at which the points approached each other. If nodes with small weights cannot stop the approach,
 // the zones do.
-btScalar make_inelastic(const Impact& impact) {
+btScalar make_inelastic(const Impact& impact, RigidResponse rigid) {
+  const PushedBody pushed(impact, rigid);
   btVector3 velocity(0, 0, 0);
-  for (int i = 0; i < 4; ++i) velocity += impact.nodes[i]->m_v * impact.weights[i];
-  const RelativeMotion normal = motion_along(impact, impact.normal);
+  for (int i = 0; i < 4; ++i) velocity += pushed.velocity(impact, i) * impact.weights[i];
+  const RelativeMotion normal = motion_along(impact, pushed, impact.normal);
   const btScalar approach = btMin(-velocity.dot(impact.normal), -normal.speed);
   if (!(approach > 0) || !(normal.inverse_mass > 0)) return 0;
 
@@ -58,7 +95,7 @@ btScalar make_inelastic(const Impact& impact) {
   btScalar drag = 0;
   if (sliding > SIMD_EPSILON) {
     direction = tangential / sliding;
-    const RelativeMotion along = motion_along(impact, direction);
+    const RelativeMotion along = motion_along(impact, pushed, direction);
     if (along.speed > 0 && along.inverse_mass > 0) {
       drag = btMin(impact.friction * push, btMin(sliding, along.speed) / along.inverse_mass);
     }
@@ -68,6 +105,7 @@ btScalar make_inelastic(const Impact& impact) {
     const btVector3 impulse = push * free_part(impact, i, impact.normal) - drag * free_part(impact, i, direction);
     node.m_v += node.m_im * impact.weights[i] * impulse;
   }
+  pushed.push(push * impact.normal - drag * direction);
   return approach;
 }
 
@@ -88,11 +126,11 @@ Impact impact_of(const MemberContact& found) {
   return impact;
 }
 
-void apply_inelastic_impulses(const std::vector<Impact>& impacts) {
+void apply_inelastic_impulses(const std::vector<Impact>& impacts, RigidResponse rigid) {
   btScalar fastest = 0;
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     btScalar fastest_now = 0;
-    for (const Impact& impact : impacts) fastest_now = btMax(fastest_now, make_inelastic(impact));
+    for (const Impact& impact : impacts) fastest_now = btMax(fastest_now, make_inelastic(impact, rigid));
     fastest = btMax(fastest, fastest_now);
     if (!(fastest_now > kNegligibleApproach * fastest)) return;
   }
@@ -102,7 +140,8 @@ bool set_apart(const std::vector<Impact>& impacts, btVector3 btSoftBody::Node::*
                btScalar time_step) {
   bool has_moved = false;
   for (const Impact& impact : impacts) {
-    const btScalar inverse_mass = motion_along(impact, impact.normal).inverse_mass;
+    const PushedBody none(impact, RigidResponse::none);
+    const btScalar inverse_mass = motion_along(impact, none, impact.normal).inverse_mass;
     if (impact.contact.time_of_impact <= 0 || !(inverse_mass > 0)) continue;
     btScalar extent = 0;
     for (const btSoftBody::Node* node : impact.nodes) {

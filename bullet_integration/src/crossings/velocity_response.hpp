@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "BulletDynamics/Dynamics/btRigidBody.h"
 #include "contacts/contact_writer.hpp"
 #include "crossings/constrained_nodes.hpp"
 
@@ -17,14 +18,20 @@ struct Impact {
   btScalar weights[4];
   btVector3 normal;  ///< from the second point towards the first
   btScalar friction;
+  btRigidBody* rigid = nullptr;  ///< the body with mass whose mesh has one of the points; null if there is none
+  btScalar rigid_sign = 0;       ///< 1 if that is the first point, -1 if it is the second one
 };
 
 Impact impact_of(const MemberContact& found);
 
+/// Whether impulses also change the velocities of rigid bodies. During a step they do not, as Bullet has moved the
+/// rigid bodies to the step's end by then.
+enum class RigidResponse { none, impulses };
+
 /// Makes impacts inelastic, one after the other and repeatedly, until few pairs of points still approach each other
 /// along their normal. Massless nodes do not move, and constrained nodes do not move in their constraints' directions.
 /// Friction is Bullet's (btSoftBody::applyRepulsionForce).
-void apply_inelastic_impulses(const std::vector<Impact>& impacts);
+void apply_inelastic_impulses(const std::vector<Impact>& impacts, RigidResponse rigid = RigidResponse::none);
 
 /// Moves the points of impacts apart by impulses along their normals, which change the member `velocity`. In this step
 /// the points separate by `share` of their largest coordinate. Returns false if no node can move. Leaves out features
