@@ -162,9 +162,9 @@ bool has_face_near(const WorldMirror::Member& member, std::uint32_t node, std::u
   });
 }
 
-/// Returns whether the node is beside its body's face: more than twice as far from it as from its plane. Bullet's trees
-/// find no contacts within a flat part of a surface, whose normals lie in a cone. ContactRule::slab does where faces
-/// are finer than the margins, and such contacts would crumple the surface.
+/// Returns whether the node is beside its body's face: more than twice as far from it as from its plane. Bullet's
+/// trees find no contacts within a flat part of a surface, whose normals lie in a cone. ContactRule::slab does where
+/// faces are finer than the margins, and such contacts would crumple the surface.
 bool is_beside_face(const MemberContact& found) {
   const auto place = [&](int i) { return to_doubles(found.node(i).m_x); };
   const double distance = closest_points_vertex_triangle(place(0), place(1), place(2), place(3)).distance();

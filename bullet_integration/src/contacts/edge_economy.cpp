@@ -32,11 +32,13 @@ class EdgeSide {
                       [&](std::uint32_t /*face*/, Vec3d corner) { return leads_towards(point, corner, direction); });
   }
 
-  /// Returns the same for faces finer than the margins, at the edge or, if the point is an end, at that end.
+  /// Returns the same for faces finer than the margins, at the edge or, if the point is an end, at that end. The
+  /// direction has to be nearer to the face's plane than to its normal: sharp folds keep their contacts.
   bool has_fine_face_towards(const double* weights, Vec3d point, Vec3d direction) const {
     const bool is_end = weights[0] <= 0 || weights[1] <= 0;
     return any_corner(nodes_ + (weights[0] <= 0 ? 1 : 0), is_end ? 1 : 2, [&](std::uint32_t face, Vec3d corner) {
-      return is_finer_than_margins(member_, face) && leads_towards(point, corner, direction);
+      return is_finer_than_margins(member_, face) && is_along(face, direction) &&
+             leads_towards(point, corner, direction);
     });
   }
 
@@ -45,6 +47,14 @@ class EdgeSide {
     const double error = kPositionRounding * (max_norm(from) + max_norm(to));
     const Vec3d way = to - from;
     return dot(way, direction) > error * (max_norm(way) + max_norm(direction));
+  }
+
+  bool is_along(std::uint32_t face, Vec3d direction) const {
+    const Triangle corners = member_.mesh.corners(face);
+    const Vec3d first = place_of(corners.v[0]);
+    const Vec3d normal = cross(place_of(corners.v[1]) - first, place_of(corners.v[2]) - first);
+    const double along_normal = dot(normal, direction);
+    return 2 * along_normal * along_normal < dot(normal, normal) * dot(direction, direction);
   }
 
   /// Returns whether condition(face, place) holds for another corner of a face with all of these nodes.
