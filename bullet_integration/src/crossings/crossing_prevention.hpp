@@ -17,9 +17,9 @@ namespace softcd::bullet {
 
 /// Last pass of a step with continuous detection. Changes the nodes' end positions until no node crosses a face on its
 /// straight path. If edge contacts get responses, no edge crosses an edge either. Margins do not count. Rigid triangle
-/// meshes are obstacles that are not changed. With discrete detection the pass prevents crossings with obstacles,
-/// including those of their edges, and crossings of soft bodies that the pass has moved, with others and with
-/// themselves.
+/// meshes are obstacles, whose paths the pass does not change. In classic worlds those with mass get the opposite
+/// impulses. With discrete detection the pass prevents crossings with obstacles, including those of their edges, and
+/// crossings of soft bodies that the pass has moved, with others and with themselves.
 ///
 /// Impulses come first, then impact zones, which move as rigid bodies. Then small gaps separate features that zones
 /// leave within the rounding of positions. Nodes that still meet stay where the step began, because nothing crossed
