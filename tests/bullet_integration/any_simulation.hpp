@@ -138,8 +138,7 @@ inline const auto kClassicWorlds =
 /// Worlds with crossing prevention after the solver. A world under a dispatcher has none.
 inline const auto kLookingWorlds =
     worlds_of_run({World::one_line, World::multi_body, World::deformable, World::attached, World::attached_deformable});
-
-/// Those of them whose soft bodies are solved by positions.
+/// Classic worlds with crossing prevention after the solver.
 inline const auto kClassicLookingWorlds = worlds_of_run({World::one_line, World::multi_body, World::attached});
 
 }  // namespace softcd::test

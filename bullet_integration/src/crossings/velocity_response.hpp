@@ -24,8 +24,8 @@ struct Impact {
 
 Impact impact_of(const MemberContact& found);
 
-/// Whether impulses also change the velocities of rigid bodies. During a step they do not, as Bullet has moved the
-/// rigid bodies to the step's end by then.
+/// Whether impulses also change the velocities of rigid bodies. They do not while the last pass changes positions: by
+/// then Bullet has moved the rigid bodies to the step's end.
 enum class RigidResponse { none, impulses };
 
 /// Makes impacts inelastic, one after the other and repeatedly, until few pairs of points still approach each other

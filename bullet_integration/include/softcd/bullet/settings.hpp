@@ -13,8 +13,8 @@ namespace softcd::bullet {
 inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// Which soft bodies collide with themselves; Bullet's classic soft worlds have no such test. A body's margin should
-/// then be at most a quarter of its edges' rest length. Features that are closer than twice the margin at rest push
-/// each other all the time.
+/// then be at most a quarter of its edges' rest length. In classic worlds a node and a face that are closer than twice
+/// the margin at rest push each other all the time.
 enum class SelfCollision : std::uint32_t {
   flagged,  ///< bodies on which setSelfCollision(true) was called; Bullet's default is false
   all,      ///< every body
