@@ -6,8 +6,8 @@ usage() {
   cat <<'TEXT'
 usage: benchmarks/offline.sh [--prefix DIR] [--build DIR] [--arch ARCHS] [--backend BACKENDS] [--output FILE]
 
-Configures and builds softcd (Release, with the CUDA backend where there is an nvcc), runs every test, and then
-benchmarks/performance.sh. Fetches nothing and writes only below --build and to --output.
+For machines without a network. Configures and builds softcd (Release, with the CUDA backend if there is an nvcc), runs
+every test, and then benchmarks/performance.sh. Fetches nothing and writes only below --build and to --output.
 
   --prefix DIR        a folder with the dependencies (Bullet, oneTBB, Highway, Eigen, CLI11, fmt, nlohmann_json,
                       GoogleTest, Boost, GMP, libpng; for softcd-certify OpenSSL) in DIR/include and DIR/lib, or unpacked

@@ -6,9 +6,10 @@ usage() {
   cat <<'TEXT'
 usage: benchmarks/peers.sh [ROUNDS]
 
-Fetches the sources of the other two, and the sample queries, from GitHub into build/peers, unless they are there. Compiles
-both with softcd's test, and prints a table for docs/measured/accuracy.md: for each set of queries and each program,
-the false reports, the missed touches, and the least processor time of a query in microseconds in ROUNDS (5).
+Compares softcd's continuous test of two features with Tight-Inclusion and TDIB-CCD. Fetches their sources and the sample
+queries from GitHub into build/peers, unless they are there. Compiles them, and prints a table for
+docs/measured/accuracy.md: for each set of queries and each test, the false reports, the missed touches, and the least
+processor time of a query in microseconds in ROUNDS (5).
 
 To test the 60 million queries of CCD-Wrapper, run build/peers/peers FOLDER ROUNDS. FOLDER has the same layout.
 

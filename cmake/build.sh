@@ -6,7 +6,7 @@ usage() {
   cat <<'TEXT'
 usage: cmake/build.sh [TARGET...]
 
-Builds softcd (Release), all of it or the named targets, after installing what is missing.
+Installs missing tools and libraries, and builds softcd (Release): all of it, or the named targets.
 
   SOFTCD_CUDA=auto|on|off   auto (default) builds the CUDA backend where there is an nvcc; on fetches one if need be
   CUDAARCHS                 CUDA architectures; default: this machine's GPU, 90 where there is none

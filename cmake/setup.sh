@@ -6,12 +6,12 @@ usage() {
   cat <<'TEXT'
 usage: cmake/setup.sh [--only] [EXTRA_PACKAGE...]
 
-Installs the missing ones of the packages that softcd is built with, and of EXTRA_PACKAGEs, through apt-get, as root or
-with sudo. Does nothing when all are there.
+Installs the packages that building softcd needs, and EXTRA_PACKAGEs, with apt-get, as root or with sudo. Does nothing if
+all are there.
 
-  --only           installs EXTRA_PACKAGEs alone, where nothing is built
-  SOFTCD_CUDA=on   where there is no nvcc, also fetches NVIDIA's CUDA compiler (100 MB) into build/nvcc
-  SOFTCD_SETUP=off does nothing at all: you look after the packages yourself
+  --only           installs EXTRA_PACKAGEs alone
+  SOFTCD_CUDA=on   if there is no nvcc, also fetches NVIDIA's CUDA compiler (100 MB) into build/nvcc
+  SOFTCD_SETUP=off installs nothing: install the packages yourself
 TEXT
 }
 

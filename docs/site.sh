@@ -6,9 +6,9 @@ usage() {
   cat <<'TEXT'
 usage: docs/site.sh [FOLDER]
 
-Makes the documentation's site in FOLDER (build/site) from README.md, the pages below docs/ and the public headers. Begin
-with FOLDER/html/index.html. Fails where a public name has no description, or where a link leads nowhere. Installs Doxygen
-where it is missing.
+Makes the documentation's site in FOLDER (default: build/site) from README.md, the pages below docs/ and the public
+headers. The first page is FOLDER/html/index.html. Fails if a public name has no description, or if a link leads nowhere.
+Installs Doxygen if it is missing.
 TEXT
 }
 

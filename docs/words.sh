@@ -9,7 +9,8 @@ usage: docs/words.sh [--all] [FILE...]
 Reports, over the documents, headers and sources (or FILEs):
 - doc comments that begin with Of, Where, As, Those, And or Who: they have no subject;
 - sentences of more than 40 words;
-- private words of the project that docs/use/glossary.md does not explain, with the number of lines that have them.
+- words with a special meaning in this project that docs/use/glossary.md does not explain, with the number of lines that
+  have them.
 Prints the first five of each kind and their number, or all with --all. The exit code is always 0.
 TEXT
 }

@@ -7,11 +7,11 @@ usage() {
 usage: packaging/aarch64.sh [PROGRAM...]
 
 Cross compiles test PROGRAMs and what they need (Release, without demo and benchmarks) into build/aarch64 and runs them
-under qemu-user. Where none is named: tests of the kernels that compare vectors (NEON) with plain code, and golden
-contacts and a certificate, whose hashes are those of x86-64.
+under qemu-user. Default: tests of the kernels that compare vectors (NEON) with plain code, and golden contacts and a
+certificate, whose hashes must be those of x86-64.
 
-Installs the compiler, the emulator and the libraries for arm64 beside this machine's own; where they should not be,
-packaging/bare.sh bookworm packaging/aarch64.sh. As root, on Debian 12.
+Installs the compiler, the emulator and the libraries for arm64 beside this machine's own. To keep them off this machine
+run packaging/bare.sh bookworm packaging/aarch64.sh. As root, on Debian 12.
 TEXT
 }
 

@@ -9,9 +9,9 @@ usage: packaging/abi.sh FOLDER [--against EARLIER] LIBRARY...
 Writes a description of each shared LIBRARY's functions and their types to FOLDER/NAME.abi.xz (abidw of
 libabigail). The libraries need debug information (-g). Types that no public header has are left out.
 
-  --against EARLIER   compares each with EARLIER/NAME.abi.xz. Fails where a function is missing or a type has changed.
-                      What is new is no failure. NAME has the version of the interface, as libsoftcd.so.0.1 has, so
-                      that libraries of an incompatible version have nothing to be compared with.
+  --against EARLIER   compares each with EARLIER/NAME.abi.xz. Fails if a function is missing or a type has changed; new
+                      ones may be there. NAME contains the version of the interface, as in libsoftcd.so.0.1, so that
+                      libraries of incompatible versions are not compared.
 TEXT
 }
 

@@ -6,10 +6,10 @@ usage() {
   cat <<'TEXT'
 usage: packaging/bare.sh SUITE [COMMAND...]
 
-Makes a bare distribution (debootstrap; Debian's bookworm and trixie, Ubuntu's noble) in build/bare/SUITE, unless it is
-there, puts this clone's files into its /softcd, as they are here, and runs COMMAND there; `cmake/build.sh` where none
-is named. What COMMAND installs and builds there stays for the next one. As root, who may mount. Ubuntu's is made in
-the bare Debian 13, since Debian 12's debootstrap knows neither it nor its keys.
+Makes a bare distribution (debootstrap; Debian's bookworm and trixie, Ubuntu's noble) in build/bare/SUITE, unless it
+exists. Copies this clone's files into its /softcd, and runs COMMAND there (default: cmake/build.sh). The packages and
+files that COMMAND adds stay for the next one. As root, with the right to mount. Ubuntu's is made in the bare Debian 13,
+because Debian 12's debootstrap knows neither it nor its keys.
 
   packaging/bare.sh trixie tests/run.sh              README's tests on Debian 13
   packaging/bare.sh trixie packaging/debian.sh --try

@@ -6,14 +6,14 @@ usage() {
   cat <<'TEXT'
 usage: packaging/debian.sh [--try]
 
-Builds Debian packages, with what is installed here, into build/packages: libsoftcd0.1 (shared libraries, named by their
+Builds Debian packages with the compiler and libraries of this system into build/packages: libsoftcd0.1 (shared libraries, named by their
 binary interface), libsoftcd-dev (headers, CMake, pkg-config) and softcd-tools (softcd-detect, softcd-certify and
 softcd-demo).
 
   --try    then installs them, builds and runs the programs of tests/package against them, runs the tools, removes the
-           packages and looks for what they have left behind. As root, where no softcd is installed
+           packages and checks that no file is left. As root, on a system without softcd
 
-  SOFTCD_CMAKE_ARGS   more arguments for cmake's configuration. The CUDA backend is left out unless they have it
+  SOFTCD_CMAKE_ARGS   more arguments for cmake's configuration; -DSOFTCD_CUDA=ON adds the CUDA backend
 TEXT
 }
 

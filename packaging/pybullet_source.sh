@@ -6,8 +6,8 @@ usage() {
   cat <<'TEXT'
 usage: packaging/pybullet_source.sh FOLDER
 
-Unpacks into FOLDER the sources of the PyBullet that python/pybullet/pyproject.toml names, from PyPI, unless they are there.
-Prints their folder. Needs a python3 with pip and venv.
+Fetches the sources of the PyBullet that python/pybullet/pyproject.toml names from PyPI, and unpacks them into FOLDER,
+unless they are there. Prints their folder. Needs a python3 with pip and venv.
 TEXT
 }
 

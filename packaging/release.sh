@@ -11,13 +11,13 @@ Builds from a clean clone into build/release:
 - Debian packages for this system, CPU only (packaging/debian.sh);
 - wheels of softcd and softcd-pybullet (packaging/wheels.sh);
 - the binary interface of the shared libraries (packaging/abi.sh);
-- softcd-VERSION.cdx.json, which lists what each file contains of others; SHA256SUMS.
+- softcd-VERSION.cdx.json, which lists the libraries that each file contains; SHA256SUMS.
 
-Fails where:
+Fails if:
 - the clone has changes that are not committed;
 - files name different versions, or CHANGELOG.md and CITATION.cff different dates;
-- the commit has a tag of another version, or CHANGELOG.md has no date for the tagged version. Without a tag the files are
-  a rehearsal.
+- the commit has a tag of another version, or CHANGELOG.md has no date for the tagged version. Without a tag the files
+  are a trial, not to be published.
 
   --check            compares versions and dates, and builds nothing
   --against FOLDER   compares the binary interface with that of the last release, whose files are in FOLDER

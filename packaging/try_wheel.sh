@@ -6,11 +6,11 @@ usage() {
   cat <<'TEXT'
 usage: packaging/try_wheel.sh FOLDER SUITE
 
-Makes a bare distribution (SUITE: bookworm, trixie or noble; packaging/bare.sh) of its own in build/bare/wheel-SUITE,
-unless it is there, with Python and nothing that compiles. Installs the wheel in FOLDER that fits its Python, with a numpy
-that is fetched here, and runs packaging/wheel_sample.py, whose output must be what is expected. Where PyPI has a wheel of
-PyBullet for its Python, also installs softcd-pybullet and runs the first example of docs/use/pybullet.md. As root, who may
-mount.
+Makes a bare distribution (SUITE: bookworm, trixie or noble; packaging/bare.sh) in build/bare/wheel-SUITE, unless it
+exists, with Python and without a compiler. Installs the wheel in FOLDER that fits its Python, with a numpy that is
+fetched outside of it. Runs packaging/wheel_sample.py, and compares the output with packaging/wheel_sample.txt. If PyPI has
+a wheel of PyBullet for that Python, also installs softcd-pybullet and runs the first example of docs/use/pybullet.md. As
+root, with the right to mount.
 TEXT
 }
 

@@ -11,7 +11,7 @@ build/web/page/index.html. The page is one file, which needs no server.
 
 Libraries are compiled once, from the distribution's sources, into build/web/prefix. Needs 2 GB. As root, on Debian 12.
 
-  --try   also compiles the tests of kernels, and of golden contacts, whose hashes are the native build's, and runs them
+  --try   also compiles the tests of kernels and of golden contacts, whose hashes must be the native build's, and runs them
           with node. Runs the page in headless Chromium for 60 steps of each scene, and writes build/web/page.png and the
           table of step times, build/web/times.txt.
 TEXT

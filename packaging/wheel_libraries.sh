@@ -7,8 +7,8 @@ usage() {
 usage: packaging/wheel_libraries.sh FOLDER
 
 Builds oneTBB, fmt and Highway as static libraries into FOLDER/prefix, and puts the licences of all libraries that a
-wheel holds into its share/doc. On Debian and Ubuntu from the distribution's sources; elsewhere from those that the
-projects publish on GitHub, with the headers of Boost, CLI11 and nlohmann_json. Nothing is built again that is there.
+wheel contains into its share/doc. On Debian and Ubuntu it uses the distribution's sources, elsewhere those that the
+projects publish on GitHub, with the headers of Boost, CLI11 and nlohmann_json. Existing libraries are not built again.
 
   SOFTCD_JOBS   how many compilers run at a time; default: as many as there are processors
 TEXT

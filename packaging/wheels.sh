@@ -6,11 +6,12 @@ usage() {
   cat <<'TEXT'
 usage: packaging/wheels.sh [--try SUITE]...
 
-Makes in build/wheels/dist: the sources (sdist), from which all the rest is built in a folder of its own; a wheel for
-each of Python 3.10 and 3.11, and one (abi3) for 3.12 and all later ones, where those interpreters are; and a wheel of
-softcd-pybullet, the plugin for PyBullet, for all of them. Each holds all of its libraries and exports nothing but its
-entry; its tag names the oldest glibc that it runs with. Prints which symbols decide that. Fails where a wheel exports
-more, or has 100 MB.
+Makes these files in build/wheels/dist:
+- the sources (sdist), from which the wheels are then built in a folder of their own;
+- a wheel for each of Python 3.10 and 3.11, and one (abi3) for 3.12 and later, for the interpreters that are there;
+- a wheel of softcd-pybullet, the plugin for PyBullet, for all of them.
+Each wheel contains all of its libraries and exports only the function by which it is loaded. Its tag names the oldest
+glibc that it runs with; the script prints the symbols that decide that. Fails if a wheel exports more, or has 100 MB.
 
   --try SUITE   then tries the wheels on a bare distribution of that name: packaging/try_wheel.sh --help
 

@@ -8,7 +8,7 @@ usage: tests/compute_sanitizer.sh [TOOL...]
 
 Builds softcd with CUDA and runs the test programs for every backend on the GPU, under compute-sanitizer with each TOOL
 (default: memcheck, initcheck, racecheck and synccheck). Takes a hundred times as long as the tests alone; GTEST_FILTER
-selects some. Fetches compute-sanitizer (14 MB) into build/compute-sanitizer where it is missing. Fails without a GPU.
+selects tests. Fetches compute-sanitizer (14 MB) into build/compute-sanitizer where it is missing. Fails without a GPU.
 TEXT
 }
 

@@ -8,7 +8,7 @@ usage: tests/coverage.sh [PROGRAM...]
 
 Builds softcd for gcov (build/coverage, CPU only) and runs the test PROGRAMs; default: all but those labelled
 `repetition`. Prints the share of the lines of kernels, plugin, bullet_integration and demos that they have run, by file
-and in all. Writes the same with the lines themselves to build/coverage/html. Leaves out files that are not linked into
+and in total. Writes the lines themselves to build/coverage/html. Leaves out files that are not linked into
 any of the programs. Installs missing tools.
 TEXT
 }

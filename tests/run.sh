@@ -6,7 +6,7 @@ usage() {
   cat <<'TEXT'
 usage: tests/run.sh [ARGUMENT...]
 
-Installs missing tools, builds softcd (Release, build/release) and runs every test through ctest. ARGUMENTs go to ctest,
+Installs missing tools, builds softcd (Release, build/release) and runs every test with ctest. ARGUMENTs go to ctest,
 e.g. -R program (tests whose names match), -LE slow (without the long ones), -N (only list them).
 
 Environment: SOFTCD_CUDA=auto|on|off, SOFTCD_SETUP=off; see cmake/build.sh --help.

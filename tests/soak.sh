@@ -10,8 +10,8 @@ Builds the soak test and runs it in each kind of world for STEPS steps (default:
 the number that determines its random choices (default: 1). As many runs as there are processors run at a time. With
 --asan it runs under the sanitizers of the preset cpu-asan, by default for 20000 steps.
 
-Prints the events of each run. Fails where a position is not finite, bodies intersect, a detector has failed, memory has
-grown, or hardly anything has touched, as in fewer than 200 steps. The logs are in build/soak. 24 hours on 16
+Prints the events of each run. Fails if a position is not finite, bodies intersect, a detector has failed, memory has
+grown, or hardly anything has touched, as in runs of fewer than 200 steps. The logs are in build/soak. 24 hours on 16
 processors: 1000000 steps and 32 runs.
 
 Environment: SOFTCD_TEST_BACKEND=cuda for the GPU, SOFTCD_CUDA=auto|on|off, SOFTCD_SETUP=off; see cmake/build.sh --help.

@@ -6,14 +6,14 @@ usage() {
   cat <<'TEXT'
 usage: python/tests/run.sh [BUILD_DIR] [ARGUMENT...]
 
-Builds a wheel (CPU backend) from this clone in BUILD_DIR (build/python), installs it into a fresh virtual environment
-there and runs python/tests with pytest, which ARGUMENTs go to.
+Builds a wheel from this clone in BUILD_DIR (default: build/python), installs it into a fresh virtual environment there
+and runs python/tests with pytest. ARGUMENTs go to pytest.
 
   PYTHON=python3            the interpreter to build for, 3.10 or newer
-  SOFTCD_CUDA=auto|on|off   the CUDA backend; off here where nothing is said
-  SOFTCD_WHEELS=            a folder of wheels (packaging/wheels.sh), of which those that fit are tested; builds none
-  SOFTCD_BESIDE=            packages that are installed too, and used before and after softcd: scipy numba open3d torch mypy pyright
-                            pybullet, of the version that softcd-pybullet is built for, tests that wheel, too
+  SOFTCD_CUDA=auto|on|off   the CUDA backend; default: off
+  SOFTCD_WHEELS=            a folder of wheels (packaging/wheels.sh): builds none, and tests the wheels that fit
+  SOFTCD_BESIDE=            further packages to install and to import before and after softcd: scipy numba open3d torch mypy pyright.
+                            With pybullet, of the version that softcd-pybullet is built for, that wheel is tested, too
   SOFTCD_PYBULLET_SOURCE=   PyBullet's sources: builds softcd-pybullet too, and tests it in that version's wheel
 
 Exit code 77: the interpreter, its headers or venv are missing, or no package index can be reached.
