@@ -144,8 +144,9 @@ TEST_P(LockedBodies, get_no_more_energy_with_contacts_of_edges_than_without) {
 TEST_P(LockedBodies, come_apart_and_are_named_again_when_they_are_put_through_each_other_again) {
   lock_two(/*is_first_fixed=*/true);
   const btVector3 start = second->m_nodes[0].m_x;
-  // 58 to 78 steps, by the order of Bullet's contacts, which in the deformable world follows addresses.
-  for (int i = 0; i < 100; ++i) {
+  // 58 to 78 steps, by the order of Bullet's contacts, which in the deformable world follows addresses. After 64 more
+  // the pair counts as separate.
+  for (int i = 0; i < 160; ++i) {
     step([&] {
       for (int n = 0; n < second->m_nodes.size(); ++n) second->m_nodes[n].m_v = away();
     });
@@ -174,7 +175,6 @@ void renumber_nodes(btSoftBody& body) {
   for (int l = 0; l < body.m_links.size(); ++l) std::for_each_n(body.m_links[l].m_n, 2, follow);
 }
 
-// Features of before are no features of other faces, whose numbers may be out of range.
 TEST_P(LockedBodies, are_not_named_again_when_they_get_other_faces) {
   lock_two();
   const auto pull = [this] {
@@ -184,8 +184,7 @@ TEST_P(LockedBodies, are_not_named_again_when_they_get_other_faces) {
   for (int i = 0; i < 10 && warnings.empty(); ++i) pull();
   for (btSoftBody* body : {first, second}) renumber_nodes(*body);
   for (int i = 0; i < 3; ++i) pull();
-  // In the deformable world no features cross within the first of its short steps, and the pair counts as a new one.
-  EXPECT_EQ(warnings.size(), is_deformable(GetParam()) ? 2U : 1U);
+  EXPECT_EQ(warnings.size(), 1U);
 }
 
 }  // namespace

@@ -244,7 +244,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   query_.set_pair_filter([&](BodyId a, BodyId b) { return a == b ? keeps_from_itself(a) : filter(a, b); });
   answered_.clear();
   constrained_.clear();
-  tangled_.begin_step(mirror_, kind_.ends);
+  tangled_.begin_step();
   answers_ = {};
   impulses_.clear();
   std::vector<Impact> impacts;

@@ -55,7 +55,7 @@ class CrossingPrevention {
            const Surroundings& surroundings = {}, const TangledNodes* released = nullptr);
 
   /// Returns whether run() without bodies would change nothing, because there were none in the last step either.
-  bool is_idle() const { return had_no_bodies(query_) && obstacles_.empty() && tangled_.empty(); }
+  bool is_idle() const { return had_no_bodies(query_) && obstacles_.empty(); }
 
   /// Returns the responses of the last step.
   const CrossingAnswers& answers() const { return answers_; }
