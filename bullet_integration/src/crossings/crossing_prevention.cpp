@@ -243,6 +243,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   const PairFilter filter = pair_filter(mirror_, rule_of_all);
   query_.set_pair_filter([&](BodyId a, BodyId b) { return a == b ? keeps_from_itself(a) : filter(a, b); });
   answered_.clear();
+  ends_.clear();
   constrained_.clear();
   tangled_.begin_step();
   answers_ = {};
@@ -259,6 +260,13 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   }
   obstacles_.end_step();
   return !impacts.empty();
+}
+
+void CrossingPrevention::place_ends() const {
+  for (const auto& [body, ends] : ends_) {
+    set_values(*body, &btSoftBody::Node::m_x, ends);
+    set_values(*body, &btSoftBody::Node::m_q, ends);
+  }
 }
 
 void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
@@ -287,7 +295,9 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   }
   answers_.held_nodes = held.size();
   count_unavoidable(impacts);
-  kind_.finish(answered_, answered, zones);
+  if (kind_.finish(answered_, answered, zones, time_step)) {
+    for (const auto& [body, before] : answered_) ends_.emplace_back(body, values_of(*body, kind_.ends.end));
+  }
   for (const auto& [body, before] : answered_) add_gain(*body, before, answers_);
 }
 
