@@ -19,7 +19,7 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 enum class Limit : std::uint32_t {
   updates_trees,                    ///< Bullet still updates trees that are never read
   ends_steps_late,                  ///< see Attachment::finish_step()
-  no_impulses_between_soft_bodies,  ///< not reported any more: these impulses are known
+  no_impulses_between_soft_bodies,  ///< never reported: these impulses are known
   /// Bullet alone finds contacts with rigid meshes and convex shapes, whatever the settings are.
   leaves_rigid_meshes,
 };
