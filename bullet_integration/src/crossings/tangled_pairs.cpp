@@ -60,11 +60,17 @@ void TangledPairs::begin_step(const WorldMirror& mirror, const NodeEnds& ends) {
     pair->second.is_new = false;
     pair = contacts.empty() && !waits_for_others ? pairs_.erase(pair) : std::next(pair);
   }
+  for (auto entry = times_.begin(); entry != times_.end();) {
+    const auto [a, b] = entry->first;
+    const bool exist = mirror.find(BodyId{a}) != nullptr && mirror.find(BodyId{b}) != nullptr;
+    entry = exist ? std::next(entry) : times_.erase(entry);
+  }
 }
 
 void TangledPairs::add(const Contact& found, TangleReason reason) {
-  const auto ids = std::minmax(found.body_a.value, found.body_b.value);
-  const auto pair = pairs_.try_emplace({ids.first, ids.second}, Features{reason}).first;
+  const Ids ids = std::minmax(found.body_a.value, found.body_b.value);
+  auto pair = pairs_.find(ids);
+  if (pair == pairs_.end()) pair = pairs_.emplace(ids, Features{reason, ++times_[ids]}).first;
   pair->second.contacts.push_back(found);
 }
 
@@ -77,13 +83,15 @@ std::string TangledPairs::describe_new(TangleReason reason, const WorldMirror& m
   std::string text;
   std::size_t count = 0;
   for (const auto& [ids, features] : pairs_) {
-    if (!features.is_new || features.reason != reason || ++count > kMostNamed) continue;
+    const bool is_described = (features.times & (features.times - 1)) == 0;  // a power of two
+    if (!features.is_new || features.reason != reason || !is_described || ++count > kMostNamed) continue;
     text += text.empty() ? "soft bodies " : ", ";
     std::string first = name_of(ids.first);
     std::string second = name_of(ids.second);
     if (first == kObstacle) std::swap(first, second);
     text += first;
     text += ids.first == ids.second ? " within itself" : " and " + second;
+    if (features.times > 1) text += " (" + std::to_string(features.times) + " times so far)";
   }
   if (count > kMostNamed) text += ", and " + std::to_string(count - kMostNamed) + " other pairs";
   return text;
