@@ -65,7 +65,7 @@ void fill_draped(SoftWorld& world, int nodes_per_side) {
   }
   const btScalar height = 2 * kHumpRadius + 3 * kClothMargin;
   auto cloth = make_configured_cloth(world, demo::horizontal_cloth(nodes_per_side, side, height));
-  // The classic world's own detection finds no contacts within a body, and there are few.
+  // The classic world's own detection finds no contacts within a body, and this cloth has few.
   cloth->setSelfCollision(world.kind() == World::deformable);
   world.add(std::move(cloth));
 }

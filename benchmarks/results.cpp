@@ -20,7 +20,7 @@ constexpr const char* kCounts[] = {"split_triangles", "children",      "big_tria
                                    "cells",           "tests",         "triangle_pairs", "flagged_pairs",
                                    "vt_candidates",   "ee_candidates", "vt_contacts",    "ee_contacts"};
 
-/// The name of the option `cell_size_factor` in results of before it was renamed.
+/// The name of the option `cell_size_factor` in results of old builds.
 constexpr const char* kOldCellSizeFactor = "lambda";
 
 double cell_size_factor_of(const json& row) {

@@ -12,8 +12,8 @@ namespace softcd::benchmarks {
 
 /// One row of `softcd-bench detector --json`.
 struct ResultRow {
-  /// The settings: scene, triangles, backend, detection with accuracy, and the dials that differ from those of the
-  /// sweep `stages`. Rows with the same settings are compared.
+  /// The settings: scene, triangles, backend, detection with accuracy, and the other options that differ from those
+  /// of the sweep `stages`. Rows with the same settings are compared.
   std::array<std::string, 5> settings;
   std::string left_out;  ///< the reason why there are no figures; empty: there are figures
   StageTimes ms;         ///< medians

@@ -7,7 +7,7 @@
 
 #include "scenes/soft_world.hpp"
 
-// Runs simulations in Bullet's soft worlds, and varies their time step and one dial at a time.
+// Runs simulations in Bullet's soft worlds, and varies their time step and one setting at a time.
 
 namespace softcd::benchmarks {
 

@@ -112,7 +112,7 @@ class Detector {
     options.backend = backend;
     options.detection = mode.detection;
     options.accuracy = mode.accuracy;
-    options.reuse_pairs = false;  // repetitions look where the ones before them did
+    options.reuse_pairs = false;  // all repetitions have the same positions
     return options;
   }
 

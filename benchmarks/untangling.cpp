@@ -13,7 +13,8 @@
 #include "scenes/scene.hpp"
 #include "scenes/step_profile.hpp"
 
-// Lets bodies that start through each other come apart, and measures what a world without intersections pays.
+// Lets bodies that intersect at the start come apart, and measures the time that the search for intersections takes in
+// a world without any.
 
 namespace softcd::benchmarks {
 namespace {

@@ -50,7 +50,7 @@ build_softcd -DCMAKE_COMPILE_WARNING_AS_ERROR=ON -- softcd softcd_bullet softcd_
 wine "$work/softcd/demos/demo/softcd-demo.exe" two-cloths --size 12 --steps 12
 try_programs "${programs[@]}"
 
-# A project of somebody else's, which knows of no option that softcd needs.
+# A project of a user, which sets no compiler options for softcd.
 cmake --install "$work/softcd" --component development --prefix "$work/install" >/dev/null
 configure tests/package "$work/package" -Dsoftcd_DIR="$work/install/lib/cmake/softcd" -DCMAKE_CXX_FLAGS= \
   -DCMAKE_EXPORT_COMPILE_COMMANDS=ON >&2

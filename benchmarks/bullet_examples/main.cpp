@@ -38,7 +38,7 @@ struct Example {
   std::string name;
   CommonExampleInterface::CreateFunc* create;
   int option;
-  int frame_divisor;  ///< of the frames of a run
+  int frame_divisor;  ///< a run has so many times fewer frames than the command line says
 };
 
 std::vector<Example> all_examples() {
@@ -104,7 +104,7 @@ void simulate(const Example& example, std::size_t frames, bool watch, std::FILE*
 /// Simulates in a process of its own, as Bullet's random numbers are those of a process. Ends the program on failure.
 Run simulate_apart(const Example& example, const std::optional<Settings>& settings, std::size_t frames, bool watch) {
   std::FILE* file = std::tmpfile();
-  std::fflush(stdout);  // what is buffered would be written by both
+  std::fflush(stdout);  // both processes would write buffered output
   if (fork() == 0) {
     example_settings = settings;
     if (std::freopen("/dev/null", "w", stdout) == nullptr) std::abort();  // what examples print
@@ -193,7 +193,7 @@ bool print_rows(const std::vector<Example>& examples, std::size_t frames, int ro
     free_cores.push_back(ended->second.core);
     running.erase(ended);
   };
-  std::fflush(stdout);                               // what is buffered would be written by all
+  std::fflush(stdout);                               // all processes would write buffered output
   for (std::size_t i = examples.size(); i-- > 0;) {  // from the end, as deformable examples take longest
     if (free_cores.empty()) wait_for_one();
     rows[i] = std::tmpfile();

@@ -6,7 +6,7 @@
 
 namespace softcd::paper {
 
-/// The factor that replaces 0.
+/// The factor where the options have 0, which lets the detector choose.
 constexpr float kCellSizeFactor = 1.2F;
 
 /// Chooses cells of 3 times `cell_size_factor` (the paper's lambda, equation 1) mean swept radii. Without subdivision,

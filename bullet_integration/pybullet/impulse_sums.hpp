@@ -17,7 +17,7 @@ class ImpulseSums {
   /// Adds a step's contacts. `step_length` is in seconds. Throws nothing: after a step that had too little memory all
   /// sums are unknown.
   void add(const std::vector<BodyPairContacts>& pairs, double step_length) noexcept;
-  /// Returns the seconds since the last call as a double, and a struct for each pair; begins anew.
+  /// Returns the seconds since the last call as a double, and a struct for each pair. Clears the sums.
   std::string take();
 
  private:

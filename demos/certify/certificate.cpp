@@ -219,7 +219,7 @@ std::string difference(const WrittenCertificate& written, const std::string& tex
   const Json now = Json::parse(text);
   const Json changes = Json::diff(before, now);
   if (changes.empty()) return "the layout of the text is different";
-  // Files first: all else may follow from them.
+  // Files first: they may be the cause of all other changes.
   for (const Json& change : changes) {
     const std::string file = file_with_hash_at(change.at("path").get<std::string>(), now);
     if (!file.empty()) return fmt::format("{} has other content", file);

@@ -53,7 +53,7 @@ enum class Verdict {
 struct StepResult {
   Verdict verdict = Verdict::proved;
   PairList<ReportedPair> pairs;    ///< those that pass through each other first, then the earliest
-  PairList<TrianglePair> changed;  ///< through each other at one end of the step, apart at the other
+  PairList<TrianglePair> changed;  ///< pass through each other at one end of the step, apart at the other
 };
 
 /// The files of one mesh that were read.
@@ -81,7 +81,7 @@ std::string text_of(const Certificate& certificate);
 /// Prints what is not proved, and the verdict, on standard output.
 void print_summary(const Certificate& certificate);
 
-/// A certificate that was written before.
+/// A certificate that was read from a file.
 struct WrittenCertificate {
   std::string file;
   std::string text;

@@ -35,7 +35,7 @@ bool has_same_features(const ReportedPair& a, const ReportedPair& b) {
   return a.kind == b.kind && a.mesh_a == b.mesh_a && a.mesh_b == b.mesh_b && a.vertices == b.vertices;
 }
 
-/// Appends the pairs that are through each other in `pairs`, and apart in `others`. Both are in ascending order.
+/// Appends those of `pairs` that pass through each other and are not in `others`. Both lists are in ascending order.
 void append_through(const std::vector<TrianglePair>& pairs, const std::vector<TrianglePair>& others,
                     std::vector<TrianglePair>& found) {
   for (const TrianglePair& pair : pairs) {

@@ -21,8 +21,8 @@ struct Box {
   }
 };
 
-/// Returns more than the probe's triangles are off by, see Positions: 2^-20 of the scene's extent, ten times their
-/// rounding, and the smallest floats.
+/// Returns a bound on the rounding of the probe's positions, see Positions: 2^-20 of the scene's extent, which is ten
+/// times that rounding, and the smallest floats.
 double rounding_of(const std::vector<MeshSequence>& meshes) {
   Box scene;
   for (const MeshSequence& mesh : meshes) {

@@ -18,7 +18,7 @@ bool is_figure(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// Cuts a row of figures off the front of `text` and returns it without leading zeros.
+/// Cuts a row of digits off the front of `text` and returns it without leading zeros.
 std::string_view take_figures(std::string_view& text) {
   const auto end = std::find_if_not(text.begin(), text.end(), is_figure);
   std::string_view figures = text.substr(0, static_cast<std::size_t>(end - text.begin()));

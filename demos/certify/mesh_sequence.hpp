@@ -10,7 +10,7 @@
 
 namespace softcd::demo {
 
-/// Returns whether name a comes before name b when rows of figures count as numbers: frame9 before frame10.
+/// Returns whether name a comes before name b when rows of digits count as numbers: frame9 before frame10.
 bool is_before(std::string_view a, std::string_view b);
 
 /// Returns the files that a word of the command line stands for: the file itself, or all meshes of a folder (names that

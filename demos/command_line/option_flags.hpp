@@ -67,7 +67,7 @@ void add_number(CLI::App& app, AnyField field, Value& target, const std::string&
       flag, set, in_lines(kIsSize ? help + ". Also with K, M, G (1000) or KiB, MiB, GiB (1024)" : help));
   option->option_text(fmt::format("{} [{}]", kIsSize ? "BYTES" : std::is_integral_v<Value> ? "N" : "X", target));
   if constexpr (kIsSize) option->transform(CLI::AsSizeValue(/*kb_is_1000=*/true));
-  // Checked before units are read, which make 2^64 - 1 of -1.
+  // Checked before units are read: that would turn -1 into 2^64 - 1.
   if constexpr (std::is_unsigned_v<Value>) option->transform(CLI::Validator(refuse_sign, ""));
 }
 

@@ -25,7 +25,7 @@ SceneOptions with_untangling(SceneOptions options) {
   return options;
 }
 
-/// Moves all nodes. btSoftBody::translate() would measure the links anew.
+/// Moves all nodes. btSoftBody::translate() would measure the links' rest lengths again.
 void move(btSoftBody& body, const btVector3& offset) {
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     body.m_nodes[i].m_x += offset;

@@ -17,7 +17,7 @@ class NodeDrag {
   void release() { held_.reset(); }
   bool is_active() const { return held_.has_value(); }
 
-  /// Tells the cursor's present position.
+  /// Sets the cursor's present position.
   void follow(const Ray& cursor);
   /// Gives the node a velocity towards its goal, before each step. Bullet's solver then decides the motion, with links
   /// and contacts.

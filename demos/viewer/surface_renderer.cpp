@@ -278,7 +278,7 @@ void SurfaceRenderer::draw_shadows() const {
 
 void SurfaceRenderer::draw(const OrbitCamera& camera, const Viewport& viewport, bool wire) const {
   glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_LEQUAL);  // the sky is as far as can be
+  glDepthFunc(GL_LEQUAL);  // the sky has the greatest depth
   glDisable(GL_BLEND);
   draw_shadows();
   glViewport(viewport.left, 0, viewport.width, viewport.height);

@@ -44,7 +44,7 @@ Window::Window(const std::string& title) {
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(1);
   glfwSetWindowUserPointer(window_, this);
-  // Before Dear ImGui's callbacks, which call the ones that they find.
+  // Set before Dear ImGui's own callbacks, which call the callbacks that were set before them.
   glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int /*scancode*/, int action, int /*modifiers*/) {
     if (action == GLFW_RELEASE) return;
     static_cast<Window*>(glfwGetWindowUserPointer(window))->pressed_keys_.push_back(key);

@@ -165,7 +165,7 @@ EMSCRIPTEN_KEEPALIVE const char* page_scene_description(int scene) {
   return find_scene(page_scene_name(scene))->description;
 }
 
-// These three return what went wrong, or an empty text. `detector` is an index of kDetectors.
+// These three functions return the error's text, or an empty text. `detector` is an index of kDetectors.
 EMSCRIPTEN_KEEPALIVE const char* page_open(std::size_t scene, std::size_t detector) {
   return problem_of([&] { page = std::make_unique<Page>(kScenes.at(scene), kDetectors.at(detector)); });
 }

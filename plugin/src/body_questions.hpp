@@ -11,7 +11,7 @@ namespace softcd::detail {
 /// Returns the number of a body in the scene, whose bodies are in ascending order of ids; kNoIndex for BodyId().
 std::uint32_t number_of(BodyId id, Span<const ProbedBody> bodies);
 
-/// Questions about pairs of bodies, in the form that detectors take.
+/// Questions about pairs of bodies, in the form that detectors take. Owned by ProbeCore.
 class BodyQuestions {
  public:
   /// Prepares questions about pairs of bodies or BodyId(). Throws InvalidInput where they have 2^31 triangles or more.

@@ -4,19 +4,7 @@
 #include "softcd/fields/options.hpp"
 
 /// Copies between the structs of softcd.h and those of softcd.hpp. Members of one name have one meaning.
-namespace softcd {
-
-template <>
-inline constexpr auto kFields<softcd_statistics> =
-    fields_of<softcd_statistics, &softcd_statistics::struct_size, &softcd_statistics::backend,
-              &softcd_statistics::bodies, &softcd_statistics::triangles, &softcd_statistics::vertices,
-              &softcd_statistics::edges, &softcd_statistics::active_triangles, &softcd_statistics::left_out_triangles,
-              &softcd_statistics::triangle_pairs, &softcd_statistics::vt_candidates, &softcd_statistics::ee_candidates,
-              &softcd_statistics::vt_contacts, &softcd_statistics::ee_contacts, &softcd_statistics::unsettled_contacts,
-              &softcd_statistics::earliest_toi, &softcd_statistics::peak_bytes, &softcd_statistics::reruns,
-              &softcd_statistics::chunks, &softcd_statistics::total_ms>();
-
-namespace c_interface {
+namespace softcd::c_interface {
 
 template <class A, class B>
 constexpr bool have_equal_names(const A& /*a*/, const B& /*b*/) {
@@ -70,5 +58,4 @@ Struct from_c(const C* given, const char* argument) {
   return to;
 }
 
-}  // namespace c_interface
-}  // namespace softcd
+}  // namespace softcd::c_interface

@@ -7,6 +7,7 @@
 namespace softcd {
 
 /// Divides the grid's cells among several ranks. Every rank computes the same division from the same data of all ranks.
+/// Owned by RankExchange.
 class CellShares {
  public:
   /// Gives each rank the same number of cells.

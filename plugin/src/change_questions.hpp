@@ -8,7 +8,7 @@
 
 namespace softcd::detail {
 
-/// Possible changes of meshes, in the form that detectors take.
+/// Possible changes of meshes, in the form that detectors take. Owned by ProbeCore.
 class ChangesInQuestion {
  public:
   /// Prepares changes of bodies in the scene. Throws InvalidInput, naming the change and the value that is out of

@@ -12,7 +12,7 @@ namespace softcd {
 /// device's positions have been read.
 ///
 /// A prediction holds until a body leaves it, or something other than positions changes. Where predictions seldom hold
-/// for long, none are made for some time.
+/// for long, none are made for some time. Owned by ScenePositions.
 class ExtentPrediction {
  public:
   /// Returns whether a prediction exists.

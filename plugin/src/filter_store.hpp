@@ -11,7 +11,7 @@ namespace softcd {
 std::vector<Vec3f> rest_positions(const Positions& x);
 
 /// The data of bodies' feature filters for detectors, for all vertices of the scene. A filter that no body has stays
-/// empty.
+/// empty. Owned by SceneStore.
 class FilterStore {
  public:
   /// Records that a body's filters or settings have changed.

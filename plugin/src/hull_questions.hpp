@@ -6,7 +6,7 @@
 
 namespace softcd::detail {
 
-/// Convex hulls, in the form that detectors take.
+/// Convex hulls, in the form that detectors take. Owned by ProbeCore.
 class HullsInQuestion {
  public:
   /// Prepares hulls. Throws InvalidInput where they have 2^31 points or more in all.

@@ -9,12 +9,12 @@ namespace softcd {
 class SceneLayout;
 
 /// The features of neighbouring triangles, which share a vertex: for each kind, one list of all bodies. All functions
-/// keep BodyNeighbours, which describes each body's part, up to date.
+/// keep BodyNeighbours, which describes each body's part, up to date. Owned by SceneStore.
 class NeighbourLists {
  public:
-  /// Follows bodies that were moved in the scene's arrays. Lists the features anew that belong to the changed triangles
-  /// of a ChangingMesh; forgets all of the body's if its slots do not suffice. Throws std::bad_alloc; the next call
-  /// continues.
+  /// Follows bodies that were moved in the scene's arrays. Lists again the features that belong to the changed
+  /// triangles of a ChangingMesh; forgets all of the body's if its slots do not suffice. Throws std::bad_alloc; the
+  /// next call continues.
   void update(std::vector<Body>& bodies);
   /// Lists the features of all bodies that collide with themselves, and drops forgotten ones. Bodies and lists must be
   /// up to date. Throws std::bad_alloc; the next call continues.

@@ -47,7 +47,8 @@ inline bool operator==(const Selecting& a, const Selecting& b) {
   return has_equal_fields(a, b);
 }
 
-/// Selects pairs for one detection after another. Reuses memory and boxes of the previous call.
+/// Selects pairs for one detection after another. Reuses memory and boxes of the previous call. Each query has one,
+/// which SceneCore calls before the detector.
 class PairSelector {
  public:
   /// Returns pairs whose groups, masks, features and enlarged extents allow a contact, and that `filter` admits.

@@ -13,7 +13,7 @@
 
 namespace softcd::detail {
 
-/// The implementation of a Probe.
+/// The implementation of a Probe, which owns it.
 class ProbeCore final : public SceneUser {
  public:
   ProbeCore(std::shared_ptr<SceneCore> scene, const ProbeOptions& options);

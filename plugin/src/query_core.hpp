@@ -9,7 +9,7 @@
 namespace softcd::detail {
 
 /// The implementation of a Query. It has at most one detection: a running one, a finished one, or one that the caller
-/// has waited for.
+/// has waited for. Owned by the Query and its tickets.
 class QueryCore final : public SceneUser {
  public:
   QueryCore(std::shared_ptr<SceneCore> scene, const QueryOptions& options);

@@ -14,7 +14,7 @@
 namespace softcd {
 
 /// Exchanges data between the ranks of one scene, see Communicator. All ranks must call the same functions in the same
-/// order. An error on one rank becomes the same Error on all.
+/// order. An error on one rank becomes the same Error on all. Owned by SceneCore.
 class RankExchange {
  public:
   using SetPositions = std::function<void(BodyId body, const Positions& x_t0, const Positions& x_t1)>;

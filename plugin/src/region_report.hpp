@@ -18,7 +18,7 @@ struct RegionQuestion {
   bool may_be_inside() const;
 };
 
-/// The intersection regions of a scene, and memory for them.
+/// The intersection regions of a scene, and memory for them. Owned by ProbeCore.
 class RegionReport {
  public:
   /// Points for which the nearest ones of another body are needed.

@@ -75,7 +75,7 @@ struct ProbeRequest {
   std::vector<ProbedBody>& bodies;  ///< receives the scene's bodies
 };
 
-/// The implementation of a Scene.
+/// The implementation of a Scene. Owned by the Scene, its queries and its probes.
 class SceneCore {
  public:
   SceneCore(const SceneOptions& options, LogCallback log, DetectorFactories factories);

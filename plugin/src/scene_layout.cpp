@@ -198,7 +198,7 @@ bool SceneLayout::has_to_move() const {
   return is_outgrown || 2 * gone > planned_[kTriangles];
 }
 
-/// Places one body behind the other: all of them anew, or only those that have no place.
+/// Places one body behind the other: all of them, or only those that have no place.
 void SceneLayout::choose_places(bool moves) {
   planned_ = {};
   for (Body& body : bodies_) {

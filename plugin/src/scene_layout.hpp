@@ -16,7 +16,7 @@ struct SceneSize {
 
 /// The bodies of a scene, and the arrays in which each has a place: meshes, and memory for positions. A body keeps its
 /// place until it outgrows it. Functions that change a mesh record the change and reserve its memory;
-/// apply_changes() changes the arrays.
+/// apply_changes() changes the arrays. Owned by SceneStore.
 class SceneLayout {
  public:
   /// Adds a body with its settings, and throws InvalidInput if the scene would be too large. This function and the next
@@ -42,8 +42,8 @@ class SceneLayout {
 
   /// Makes memory for positions readable by CUDA devices, from now on.
   void share_positions();
-  /// Brings the arrays up to date; nothing reads them meanwhile. Moves bodies if one has outgrown its place, or if
-  /// removed ones take up more than half of the arrays. Throws std::bad_alloc; the next call goes on.
+  /// Brings the arrays up to date. Nothing may read them during the call. Moves bodies if one has outgrown its place,
+  /// or if removed ones take up more than half of the arrays. Throws std::bad_alloc; the next call goes on.
   void apply_changes();
   /// Excludes the triangles with one of these vertices, instead of those that were excluded before. They own nothing;
   /// their other vertices and edges pass to neighbours.

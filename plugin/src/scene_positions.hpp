@@ -25,7 +25,7 @@ struct NeededPositions {
 
 /// The positions of a scene's bodies. Reads positions on the host into the layout's arrays, once, relative to the
 /// scene's origin, and computes the extents of all. Positions on a device stay there: the host waits until a reader has
-/// surveyed them, or uses a prediction.
+/// surveyed them, or uses a prediction. Owned by SceneStore.
 class ScenePositions {
  public:
   explicit ScenePositions(SceneLayout& layout) : layout_(layout) {}
@@ -111,7 +111,7 @@ class ScenePositions {
   std::uint64_t full_revision_ = 0;  ///< of the scene, when they were filled; 0: they are not
   std::vector<const Body*> bodies_with_new_strays_;
   ExtentPrediction prediction_;
-  std::vector<Block> predicted_blocks_;  ///< blocks with predicted summaries; bodies keep their places meanwhile
+  std::vector<Block> predicted_blocks_;  ///< with predicted summaries; bodies keep their places until the verdict
   PredictionVerdict verdict_;            ///< the verdict on the predictions
   std::uint64_t predicted_number_ = 0;   ///< identifies the prediction, and its bodies, that the last read() used
   std::vector<std::size_t> predicted_bodies_;

@@ -10,7 +10,7 @@ namespace softcd {
 
 /// The bodies of a scene, and all data of them that detectors read. Functions that change a body record the change and
 /// reserve its memory. apply_changes() then updates the layout, the positions, the lists of neighbours and the filters,
-/// in this order.
+/// in this order. Owned by SceneCore.
 class SceneStore {
  public:
   SceneStore() = default;

@@ -43,7 +43,7 @@ struct DetectionInput {
   std::uint64_t triangle_count = 0;  ///< in the scene
 };
 
-/// The detectors of a scene: on the GPU where one exists and it pays, else on the CPU.
+/// The detectors of a scene: on the GPU where one exists and it pays, else on the CPU. Owned by SceneCore.
 /// - With `automatic`, the CPU repeats a detection in the same call when the device runs out of memory. When the device
 ///   fails, the CPU takes over all later detections, too. Each is warned about once.
 /// - With `cuda`, a device that fails is a BackendError, and std::bad_alloc is passed on. The next detection tries the

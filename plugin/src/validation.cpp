@@ -120,8 +120,8 @@ void validate_change(BodyId id, const BodyDesc& desc, Span<const std::uint32_t> 
 }
 
 void validate_positions(BodyId id, std::uint32_t vertex_count, const Positions& x_t0, const Positions& x_t1) {
+  validate_end(id, vertex_count, x_t1, "t1");  // first: positions of one end only are those at t1
   validate_end(id, vertex_count, x_t0, "t0");
-  validate_end(id, vertex_count, x_t1, "t1");
   if (x_t0.is_double() != x_t1.is_double()) {
     throw InvalidInput(fmt::format(
         "body {}: its positions at t0 and t1 are of different types; give both as float or both as double.", id.value));

@@ -41,7 +41,7 @@ from ._plot import plot
 from ._probe import AnswerLists, IntersectionRegions, Probe
 
 contact_dtype = _contact_dtype()
-"""The fields of a contact; what they mean stands in softcd/core/contact.hpp and docs/use/python.md."""
+"""The fields of a contact. docs/use/python.md describes them."""
 
 __all__ = [
     "NO_BODY",

@@ -163,7 +163,8 @@ class _Mesh:
 def _integers(
     name: str, values: Array, widths: tuple[int, ...], counts: tuple[int, ...], what: tuple[str, ...]
 ) -> np.ndarray:
-    """Reads an array of indices of shape (k, width). counts and what are those of its columns' things."""
+    """Reads an array of indices of shape (k, width). counts and what have the number and the name of each column's
+    features."""
     try:
         array = np.asarray(values)
     except (TypeError, ValueError, RuntimeError) as error:
@@ -211,7 +212,7 @@ def _given_pairs(mesh: _Mesh, vertex_triangle: Array | None, edge_edge: Array | 
 
 
 class _Judge:
-    """Finds what certainly is a contact, what may be one, and when and how near: keys of pairs of one kind."""
+    """Finds certain and possible contacts of one kind, as keys of pairs, with their times and distances."""
 
     def __init__(
         self,

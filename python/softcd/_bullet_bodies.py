@@ -119,7 +119,7 @@ def _with_signed_bodies(dtype: Any) -> np.dtype:
 
 
 class _AskedPlugin:
-    """Asks the plugin what softcd.Probe asks its scene."""
+    """Passes the questions of softcd.Probe to the plugin."""
 
     def __init__(self, plugin: Plugin) -> None:
         self._plugin = plugin

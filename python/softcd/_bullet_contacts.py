@@ -98,7 +98,7 @@ def _sum_on(rows: np.ndarray, field: str, body: int, link: int | None, by: int |
 
 
 class Impulses:
-    """The impulses that soft bodies and what they touch gave each other since the previous call, in kg m/s."""
+    """The impulses between soft bodies and the objects that they touch, since the previous call, in kg m/s."""
 
     pairs: np.ndarray
     """A row for each pair that has touched: `body_a`, `link_a`, `body_b`, `link_b` as in StepContacts.pairs, and the

@@ -69,12 +69,13 @@ class ReadOut(enum.Enum):
 
 
 Preset = Literal["fast", "balanced", "safe"]
-"""Settings to begin with: fast() and balanced(), which is the default, use discrete detection; safe() leaves no
-intersection at any speed. docs/apps.md has each measured in 24 programs."""
+"""Settings to begin with. "fast" and "balanced", the default, use discrete detection. "safe" uses continuous detection:
+a body crosses another one only if it has nowhere else to go. docs/measured/apps.md compares them in 24 programs."""
 
 
 class Settings(TypedDict, total=False):
-    """All settings by keyword. Enumerators are given by name or as enumerations."""
+    """All settings by keyword. Enumerators are given by name or as enumerations. attach() and set_settings() also take
+    preset, which gives values to all of these first."""
 
     backend: Backend | Literal["automatic", "cpu", "cuda"]
     """Where detections run."""
@@ -123,8 +124,9 @@ def words_of(preset: str | None, settings: dict[str, Any]) -> str:
         if name in _ELSEWHERE:
             raise InvalidInput(f"{name}: {_ELSEWHERE[name]}")
         if name not in Settings.__annotations__ and name != "on_error":
-            similar = difflib.get_close_matches(name, Settings.__annotations__, 1)
-            hint = f"did you mean '{similar[0]}'?" if similar else f"there are {', '.join(Settings.__annotations__)}."
+            names = ["preset", *Settings.__annotations__]
+            similar = difflib.get_close_matches(name, names, 1)
+            hint = f"did you mean '{similar[0]}'?" if similar else f"there are {', '.join(names)}."
             raise InvalidInput(f"{name}: there is no such setting; {hint}")
         words.append(f"{name.removesuffix('_')}={_word(name, value)}")
     return " ".join(words)

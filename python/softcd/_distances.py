@@ -60,7 +60,7 @@ def dot(a: Array, b: Array) -> Array:
 
 
 def difference_of(a: Array, b: Array, c: Array, s: Array, t: Array) -> Array:
-    """Returns what the nearest points differ by."""
+    """Returns the difference of the nearest points."""
     return a - s[..., None] * b - t[..., None] * c
 
 

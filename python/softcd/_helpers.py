@@ -18,7 +18,7 @@ Array = Any
 
 
 Progress = Callable[[int, "int | None"], object]
-"""A function that long calls tell how many parts are done, and of how many: None where that is not known."""
+"""A function that long calls call with the number of finished parts and the number of all parts, None if unknown."""
 
 
 def _scene(function: Callable[..., Any], options: dict[str, Any]) -> Scene:

@@ -153,22 +153,22 @@ class Questions:
         return AnswerLists(*self._core.sphere_overlaps(_batch(centres=(centres, (3,)), radii=(radii, ()))))
 
     def capsule_overlaps(self, starts: Numbers, ends: Numbers, radii: Numbers) -> AnswerLists:
-        """Finds the same for all points at most a radius from the segments between starts and ends."""
+        """Finds all triangles that overlap capsules: all points at most a radius from the segments starts to ends."""
         batch = _batch(starts=(starts, (3,)), ends=(ends, (3,)), radii=(radii, ()))
         return AnswerLists(*self._core.capsule_overlaps(batch))
 
     def box_overlaps(self, lows: Numbers, highs: Numbers) -> AnswerLists:
-        """Finds the same for boxes between their lowest and highest coordinates."""
+        """Finds all triangles that overlap boxes, given by their lowest and highest coordinates."""
         return AnswerLists(*self._core.box_overlaps(_batch(lows=(lows, (3,)), highs=(highs, (3,)))))
 
     def oriented_box_overlaps(self, centres: Numbers, halves: Numbers, axes: Numbers) -> AnswerLists:
-        """Finds the same for oriented boxes: half their extent along each of three axes. The axes are the rows of axes,
-        of shape (n, 3, 3): unit vectors at right angles to each other."""
+        """Finds all triangles that overlap oriented boxes. halves has half their extent along each of three axes. axes,
+        of shape (n, 3, 3), has the axes as rows: unit vectors at right angles to each other."""
         batch = _batch(centres=(centres, (3,)), halves=(halves, (3,)), axes=(axes, (3, 3)))
         return AnswerLists(*self._core.oriented_box_overlaps(batch))
 
     def hull_overlaps(self, points: Numbers, begins: Numbers | None = None, radii: Numbers = 0.0) -> AnswerLists:
-        """Finds the same for all points at most a radius from convex hulls. Hull i has the points begins[i] up to, but
+        """Finds all triangles that are at most a radius from convex hulls. Hull i has the points begins[i] up to, but
         without, begins[i + 1], in any order; without points it is empty. begins, integers of shape (n + 1,), lead
         from 0 to the number of points, as AnswerLists.begins do. Without begins all points are one hull."""
         corners = _numbers("points", points, (3,)).reshape(-1, 3)

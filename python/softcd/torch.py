@@ -50,7 +50,7 @@ def distances(
     - `x`: float32 or float64 tensors of shape (n, 3), on any device. A tensor alone is the only body's. For several
       bodies it is a sequence, where body i has the i-th tensor, as in `softcd.detect`, or a dict by body number.
     - `contacts`: k contacts of a detection of any kind: an array of softcd.contact_dtype, or DeviceContacts. They say
-      which features to compare; the nearest points are found anew. Positions may have moved since.
+      which features to compare; their nearest points are searched again, at x, which may have moved since.
     - `margins`: a number for all bodies, or one for each, ordered as x is.
     - `signed`: distances are negative where the nearest points have changed sides, compared with the contact's
       `normal`: where the features have passed through each other. Otherwise distances are not negative.

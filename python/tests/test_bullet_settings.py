@@ -131,7 +131,8 @@ def test_settings_change_while_attached(client):
     "settings, error, text",
     [
         ({"detectoin": "ccd"}, softcd.InvalidInput, "detectoin: there is no such setting; did you mean 'detection'"),
-        ({"speed": 3}, softcd.InvalidInput, "speed: there is no such setting; there are backend, detection"),
+        ({"speed": 3}, softcd.InvalidInput, "speed: there is no such setting; there are preset, backend, detection"),
+        ({"presett": "safe"}, softcd.InvalidInput, "presett: there is no such setting; did you mean 'preset'"),
         ({"detection": "often"}, softcd.InvalidInput, "detection: 'often' is none of dcd, ccd"),
         ({"detection": softcd.bullet.ReadOut.off}, softcd.InvalidInput, "detection: 'off' is none of dcd, ccd"),
         ({"detection": None}, TypeError, "detection: expected a name, an enumerator, True, False or a number, got Non"),

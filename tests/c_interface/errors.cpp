@@ -243,7 +243,9 @@ TEST_F(CErrors, meshes_and_positions_that_do_not_fit) {
   softcd_positions x = positions(kLower);
   expect_refused(softcd_scene_set_positions(scene(), 99, nullptr, &x), "body 99");
   x.count = 2;
-  expect_refused(softcd_scene_set_positions(scene(), lower_, nullptr, &x), "2 positions");
+  expect_refused(softcd_scene_set_positions(scene(), lower_, nullptr, &x), "2 positions were given for t1");
+  const softcd_positions end = positions(kLower);
+  expect_refused(softcd_scene_set_positions(scene(), lower_, &x, &end), "2 positions were given for t0");
   x = positions(kLower);
   x.stride = 8;
   expect_refused(softcd_scene_set_positions(scene(), lower_, nullptr, &x), "stride");

@@ -54,8 +54,8 @@ class DetectorRecord {
   Statistics statistics_;  ///< of the query before
 };
 
-/// Owns a detector that no failure leaves half done: a failed detector is destroyed, and made anew when it is needed
-/// again.
+/// Owns a detector that no failure leaves half done: a failed detector is destroyed, and the next step that needs one
+/// makes another.
 template <class Detector>
 class Guarded {
  public:

@@ -16,7 +16,7 @@
 
 namespace softcd::bullet {
 
-/// Identifies a part: its object, its shape (or null, if the number tells), the number of the shape among the object's,
+/// Identifies a part: its object, its shape (null if its number suffices), the number of the shape among the object's,
 /// and the number of the piece of the shape.
 using RigidKey = std::tuple<BodyKey, const btCollisionShape*, int, int>;
 
@@ -138,7 +138,8 @@ class RigidParts {
 };
 
 /// Pieces of rigid meshes as soft bodies of massless nodes that are in no world. Crossing prevention has them in its
-/// scene beside the soft bodies: its responses need to know only that the app moves them.
+/// scene together with the soft bodies: its responses need to know only that the app moves them. Owned by RigidMirror;
+/// RigidObstacles calls it.
 class RigidProxies {
  public:
   struct Piece {
@@ -173,6 +174,7 @@ class RigidProxies {
 
 /// The rigid parts of a world: shape, poses, triangles, and their bodies in the scene or proxies. It reads the part of
 /// a mesh that the query's own bodies can reach, so the queries for contacts and for crossings have parts of their own.
+/// Owned by WorldMirror.
 class RigidMirror {
  public:
   RigidMirror(const NodeEnds& ends, Scene& scene) : meshes(scene), cores(scene), proxies(ends) {}

@@ -223,7 +223,8 @@ void WorldMirror::update_mesh(Member& member, const BodySettings& settings) {
   const BodyDesc desc = desc_of(mesh, settings);
   const std::vector<std::uint32_t> changed = changed_triangles(member.mesh, mesh);
   const std::size_t added = mesh.triangles.size() - std::min(mesh.triangles.size(), member.mesh.triangles.size());
-  // Contact tests tell of edges by their numbers alone. So a probe's edges are numbered anew, by the rule in Contact.
+  // Contact tests report edges by their numbers alone. So a probe reads a changed mesh as a whole, which numbers its
+  // edges by the rule in Contact.
   if (!is_outside_steps() && changed.size() + added <= mesh.triangles.size() / kOneChangedIn) {
     scene_.update_body(member.id, desc, changed);
   } else {

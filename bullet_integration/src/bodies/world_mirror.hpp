@@ -16,8 +16,8 @@ namespace softcd::bullet {
 
 /// A world's soft bodies, and the rigid parts near them, as a scene that all of the world's queries share. Once a step
 /// it notices what an app has done to them between two steps (adding, removing, deleting them, new faces, flags,
-/// margins). It has only bodies that a query needs. A WorldProbe has a mirror with kPresentEnds, and resumes a step
-/// before each question.
+/// margins). It has only bodies that a query needs. Owned by WorldQueries. A WorldProbe has another one, with
+/// kPresentEnds, and resumes a step before each question.
 class WorldMirror {
  public:
   struct Member {

@@ -12,7 +12,7 @@
 namespace softcd::bullet {
 
 /// Finds all vertex-face contacts of a world's soft bodies in one detection. start() follows Bullet's prediction, and
-/// finish() precedes its solver.
+/// finish() precedes its solver. Owned by WorldQueries, which calls both.
 class ContactDetection {
  public:
   using Kind = ContactsOfKind;

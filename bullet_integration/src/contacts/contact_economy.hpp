@@ -28,7 +28,7 @@ NodeContact node_contact(const MemberContact& found, bool is_turned);
 
 /// Chooses the contacts that Bullet's solver gets: see Settings::contacts and contacts_per_node. It judges a node's
 /// contacts with one body, and each contact of two edges, separately, so that threads share the work. The choice
-/// depends on the contacts alone.
+/// depends on the contacts alone. ContactDetection makes one for each step, and SolverContacts calls it.
 class ContactEconomy {
  public:
   /// `kind` and `settings` must outlive it, and stay as they are.

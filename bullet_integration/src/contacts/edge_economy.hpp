@@ -6,7 +6,7 @@ namespace softcd::bullet {
 
 /// Returns whether the step has a better contact than this one of edges of two bodies: a nearer one, or an equally near
 /// one of a node. The surfaces lead from this contact to that one. Returns false within a body, where neighbouring
-/// features have no contacts. Contacts go by distance.
+/// features have no contacts. Contacts are compared by distance.
 ///
 /// A face at one edge leads to the other edge if the angle between them is less than a right angle. From there the
 /// distance falls to a minimum, at a contact that was found earlier or is nearer. If an end of an edge is nearest, its

@@ -13,6 +13,7 @@
 namespace softcd::bullet {
 
 /// The contacts that Bullet's solver gets in a step. Several threads make and write them, in the order of one thread.
+/// Owned by ContactDetection.
 class SolverContacts {
  public:
   /// The contacts of a query, and how to make those of the solver.
@@ -38,7 +39,7 @@ class SolverContacts {
   virtual ContactCounts given() const = 0;
   /// Returns how many contacts have a note.
   virtual std::size_t note_count() const = 0;
-  /// Appends the contacts to Bullet's arrays, and adds the notes, for which there must be room.
+  /// Appends the contacts to Bullet's arrays, and adds the notes, for which `notes` must have capacity.
   virtual void write(ContactNotes& notes) noexcept = 0;
 };
 

@@ -25,7 +25,8 @@ namespace softcd::bullet {
 /// Impulses come first, then impact zones, which move as rigid bodies. Then small gaps separate features that zones
 /// leave within the rounding of positions. Nodes that still meet stay where the step began, because nothing crossed
 /// anything there. More and more nodes around them stay, until nothing meets. Each later query tests only pairs with a
-/// changed body: the other pairs have not moved since they were found free of crossings.
+/// changed body: the other pairs have not moved since they were found free of crossings. Owned by WorldQueries, which
+/// calls run() after Bullet's solver.
 class CrossingPrevention {
  public:
   using Kind = CrossingsOfKind;

@@ -18,7 +18,7 @@ struct Surroundings {
 };
 
 /// Rigid triangle meshes in crossing prevention: the pieces of meshes that soft bodies can meet in a step. Each is
-/// represented by a proxy, one of RigidProxies in the mirror.
+/// represented by a proxy, one of RigidProxies in the mirror. Owned by CrossingPrevention.
 class RigidObstacles {
  public:
   /// `mirror` must outlive it.

@@ -15,16 +15,15 @@ namespace softcd::bullet {
 
 /// Moves soft bodies apart that intersect each other, themselves or rigid triangle meshes (Settings::untangle). At the
 /// start of a step, find() and find_in_meshes() ask for the regions of their surfaces on the wrong side; see
-/// Probe::intersection_regions(). Contacts and prevention of crossings then
-/// release the nodes at them, because these would keep the nodes where they are. At the end, move() moves the nodes.
-///
-/// Pairs of bodies are searched when a body is new or has other faces, and in one step of kStepsBetweenSearches. In
-/// between only pairs are looked at that intersect, or that did so in this number of steps.
+/// Probe::intersection_regions(). Contacts and prevention of crossings then release the nodes at them, because these
+/// would keep the nodes where they are. At the end, move() moves the nodes. All pairs of bodies are searched when a
+/// body is new or has other faces, and in one step of kStepsBetweenSearches. In between only pairs are searched that
+/// intersect, or did so within this number of steps. Owned by WorldQueries.
 class Untangling {
  public:
   using Kind = CrossingsOfKind;
 
-  /// A search costs about as much as a detection of contacts. So a world without intersections hardly notices it.
+  /// A search costs about as much as a detection of contacts, which is little if it runs in one step of so many.
   static constexpr std::uint64_t kStepsBetweenSearches = 32;
 
   /// `kind`, `mirror` and `settings` must outlive it.
@@ -45,7 +44,7 @@ class Untangling {
   bool search_in_meshes(Span<const NearRigidPart> near_parts);
   /// Finds the regions of these pairs. Their meshes are read wholly, because only a whole mesh can be closed.
   void find_in_meshes(Span<const NearRigidPart> near_parts);
-  /// Returns whether the pair intersects, or did so lately.
+  /// Returns whether the pair intersects, or did so within kStepsBetweenSearches.
   bool knows(const btSoftBody& soft, BodyId part) const;
   /// Forgets the regions and the pairs.
   void clear();

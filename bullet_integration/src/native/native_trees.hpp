@@ -24,7 +24,7 @@ inline constexpr TreeFlag kClassicTreeFlag = {btSoftBody::fCollision::VF_SS, 1 <
 inline constexpr TreeFlag kDeformableTreeFlag = {btSoftBody::fCollision::SDF_RD, 1 << 29};
 
 /// Hides the flag. If the faces have changed, removes the face tree, which Bullet's prediction clears. If the app
-/// assigns its flags anew before restore_flag(), the bit is gone and the app's flags stay.
+/// assigns its flags before restore_flag(), the bit is gone and the app's flags stay.
 void hide_flag(btSoftBody& body, TreeFlag flag);
 /// Restores a hidden flag. In the deformable world, builds the node tree that the prediction would have built with the
 /// face tree.
@@ -36,8 +36,8 @@ void restore_tree_flags(Span<btSoftBody* const> bodies, TreeFlag flag);
 
 /// Keeps Bullet's prediction from building face trees and updating node trees. While an object of this class lives,
 /// each body has an empty node tree in the deformable world. In classic worlds, it has a tree of one boundless leaf,
-/// which is the leaf of every node. Bodies and nodes must not move in memory meanwhile. If memory for this class runs
-/// out, Bullet updates the node trees.
+/// which is the leaf of every node. Bodies and nodes must not move in memory during that time. If memory for this class
+/// runs out, Bullet updates the node trees.
 class NodeTreesAtRest {
  public:
   /// `flag` is that of the kind of world.

@@ -61,7 +61,7 @@ Ray open_segment(const btVector3& from, const btVector3& to) {
 void WorldRays::test(btBroadphaseInterface& broadphase, Span<btSoftBody* const> bodies, const btVector3& from,
                      const btVector3& to, btCollisionWorld::RayResultCallback& callback,
                      const NativeTest& test_natively) {
-  std::array<std::byte, 2048> buffer;  // of what few objects need
+  std::array<std::byte, 2048> buffer;  // enough for a ray near few objects
   std::pmr::monotonic_buffer_resource memory(buffer.data(), buffer.size());
   NearRay nearby(from, to, callback, memory);
   broadphase.rayTest(from, to, nearby);

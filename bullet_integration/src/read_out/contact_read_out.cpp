@@ -157,8 +157,8 @@ void ContactReadOut::drop_contacts_of(const Keys& sleepers) {
   }
 }
 
-/// Bullet neither solves nor clears the entries of a body that sleeps. What they point to may be gone. They go on to
-/// carry what they carried when it fell asleep.
+/// Bullet neither solves nor clears the entries of a body that sleeps. The objects that they point to may be gone. The
+/// contacts keep the impulses that they had when the body fell asleep.
 void ContactReadOut::keep_contacts_of(const Keys& sleepers, btBroadphaseInterface& broadphase) {
   if (sleepers.empty() || before_.empty()) return;
   const Keys living = objects_in(broadphase);

@@ -81,7 +81,7 @@ class ContactEvents {
   std::vector<BodyPairKey> keys_;  ///< one for each of pairs_
 };
 
-/// The contacts of a world's soft bodies in its last step.
+/// The contacts of a world's soft bodies in its last step. Owned by WorldReadOut.
 class ContactReadOut {
  public:
   /// Reads the contacts from the arrays of `bodies`, which are all of the world's. `broadphase` is the world's.

@@ -14,6 +14,7 @@ namespace softcd::bullet {
 /// Bullet's constraints store the impulses of contacts with rigid objects. The solver then applies the damping within
 /// the soft bodies, while it holds nodes in the directions of their contacts. The contacts resist the damping by a
 /// further impulse. It is the change of a node's momentum without the damping's share and without the stored impulses.
+/// Owned by WorldReadOut.
 class DeformableImpulses {
  public:
   /// Saves the nodes' velocities. Call it right before Bullet's solver.

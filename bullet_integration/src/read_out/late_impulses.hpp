@@ -14,7 +14,7 @@ namespace softcd::bullet {
 ///
 /// Bullet moves rigid bodies before it solves soft bodies. So a soft body stops a rigid one only from the next step on,
 /// when it may be through. Bullet also solves contacts before links, which may pull nodes back into the shape. Here
-/// contacts come last, and rigid bodies are moved to where their new velocities would have led.
+/// contacts come last, and rigid bodies are moved to where their new velocities would have led. Owned by WorldQueries.
 class LateImpulses {
  public:
   void clear();

@@ -10,7 +10,7 @@ namespace softcd::bullet {
 /// Each body is solved as btSoftBody::solveConstraints would, by Bullet's own functions for each kind of constraint,
 /// but with one contact after the other. The positions before and after a contact give its impulse. Then everything is
 /// restored. If Bullet's solver then arrives at other positions (because of clusters, the app's own solver, or a
-/// callback that moves bodies), the impulses of those bodies are not known.
+/// callback that moves bodies), the impulses of those bodies are not known. Owned by WorldReadOut.
 class SolverReplay {
  public:
   /// Runs the simulation. Call it when the solver is about to run. `bodies` are all of the world's.

@@ -7,7 +7,8 @@
 
 namespace softcd::bullet {
 
-/// Reads contacts and impulses in the course of a step as Settings::read_out says. Does nothing if it is off.
+/// Reads contacts and impulses in the course of a step as Settings::read_out says. Does nothing if it is off. Owned by
+/// WorldQueries; a StepDriver calls it.
 class WorldReadOut {
  public:
   /// `settings` must outlive it.
@@ -45,8 +46,8 @@ class WorldReadOut {
 
   /// Deformable world, whose solver has run: gives bodies that it has put to sleep the contacts of the step before.
   void keep_contacts_of_new_sleepers(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase);
-  /// Deformable world, where applyRepulsionForce was called: what contacts with rigid objects gave, as long as Bullet's
-  /// solver keeps it.
+  /// Deformable world, after applyRepulsionForce: reads the impulses of contacts with rigid objects, while Bullet's
+  /// solver still stores them.
   void take_rigid_impulses(Span<btSoftBody* const> bodies);
 
   const std::vector<BodyPairContacts>& since_last_call(btBroadphaseInterface* broadphase);

@@ -27,7 +27,7 @@ struct MeshWay {
 ///
 /// Bullet knows no velocity of a kinematic body that sleeps, or whose interpolation transform the app sets as well.
 /// Such a body gets its velocity for the length of a step. If it has moved by more than its own size, it has jumped
-/// instead, and has no path.
+/// instead, and has no path. Owned by RigidObstacles.
 class MeshWays {
  public:
   /// Saves where the meshes are. Call it before Bullet moves rigid objects in a step.

@@ -17,7 +17,7 @@ class NativeTouches {
   /// Returns whether the node has a contact with the touch's object that pushes it to the same side.
   bool hold(const btSoftBody::Node& node, const RigidTouch& touch) const;
   /// Returns whether the face has such a contact, or all its nodes with a weight are pushed in nearly the touch's
-  /// direction. In the second case the surface between them is, too.
+  /// direction, and so is the surface between them.
   bool hold(const btSoftBody::Face& face, const btVector3& weights, const RigidTouch& touch) const;
 
   /// Marks contacts of the node with the object that work against a new touch, in classic worlds only. There Bullet

@@ -86,9 +86,9 @@ constexpr btScalar kLeastDepth = btScalar(1e-3);
 constexpr btScalar kFaceHardness = btScalar(1e-3);
 
 /// Lets a node outside the margin come up to it. Bullet's solver stops the whole approach, even of a node that is far
-/// from the object. A body under pressure, which gives its nodes large motions, would shrink away from what it touches.
-/// The solver adds m_c4 times the node's depth at that time, at most the body's margin: here a small negative m_c4
-/// times a depth so far below 0 that neither that bound nor the node's motion matters.
+/// from the object. A body under pressure, which gives its nodes large motions, would shrink away from the objects that
+/// it touches. The solver adds m_c4 times the node's depth at that time, at most the body's margin: here a small
+/// negative m_c4 times a depth so far below 0 that neither that bound nor the node's motion matters.
 void allow_approach(btSoftBody::RContact& contact, btScalar distance) {
   contact.m_c4 = -kFaceHardness;
   contact.m_cti.m_offset = -distance / kFaceHardness - contact.m_cti.m_normal.dot(contact.m_node->m_x);

@@ -52,7 +52,7 @@ struct RigidContact {
 
 /// Finds the contacts of soft bodies with rigid shapes along the paths of a step, whatever Settings::detection is.
 /// `Policy` is a MeshPolicy or a ConvexPolicy, which say what a part is and which contacts count. Parts of the shapes
-/// are in the mirror.
+/// are in the mirror. WorldQueries owns one for each policy, and calls read() and find_contacts().
 template <class Policy>
 class RigidDetection {
  public:

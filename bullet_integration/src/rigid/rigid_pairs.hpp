@@ -38,7 +38,8 @@ bool is_triangle_mesh(const btCollisionShape& shape);
 /// meshes of multibody links, nor for objects to which the body is anchored with collisions disabled.
 bool takes_meshes_of(const btSoftBody& soft, const btCollisionObject& object);
 
-/// Collects pairs while Bullet dispatches. Thread-safe, because some dispatchers use several threads.
+/// Collects pairs while Bullet dispatches. Thread-safe, because some dispatchers use several threads. Owned by
+/// WorldQueries, together with the algorithms that CollectingRigidPairs makes.
 class RigidPairs {
  public:
   struct Collected {

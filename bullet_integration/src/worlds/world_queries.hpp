@@ -20,7 +20,7 @@
 namespace softcd::bullet {
 
 /// All detections of softcd in one world, with one kind and one copy of the settings, and Bullet's own detection where
-/// they fail.
+/// they fail. Owned by the world's WorldDetection. In each step a StepDriver or a Dispatcher calls it.
 class WorldQueries {
  public:
   /// `kind` must outlive it.

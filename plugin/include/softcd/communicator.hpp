@@ -40,7 +40,7 @@ class SOFTCD_EXPORT Communicator {
   /// Makes a rank that exchanges host memory by the caller's function, which throws an exception of its own when it
   /// fails. Throws InvalidInput unless 0 <= rank < size.
   Communicator(int rank, int size, AllGather all_gather);
-  /// Makes ranks for threads of this process, one for each thread.
+  /// Makes ranks for threads of this process, one for each thread. Throws InvalidInput unless size is at least 1.
   static std::vector<Communicator> of_threads(int size, std::chrono::milliseconds patience = kPatience);
   /// Makes a rank of several processes that have a CUDA device each. `comm` is an ncclComm_t, and `stream` is a
   /// cudaStream_t of its device. The caller keeps both while the rank is in use, and destroys them. The scene must be

@@ -136,7 +136,7 @@ class SOFTCD_EXPORT Scene {
   /// then adds nothing.
   BodyId add_body(const BodyDesc& desc);
   /// Replaces a body's topology, vertex count and settings. Its positions must be set again. Throws the exceptions of
-  /// add_body(); the body is then unchanged.
+  /// add_body(), and InvalidInput when there is no such body; the body is then unchanged.
   void update_body(BodyId body, const BodyDesc& desc);
   /// Replaces a body's mesh where it was cut, torn, refined or made coarser. The cost depends on the size of the
   /// change.
@@ -161,10 +161,12 @@ class SOFTCD_EXPORT Scene {
   /// Returns whether the body was added and not removed.
   bool has_body(BodyId body) const;
 
-  /// Sets the positions of the body's vertices at t1 only: the body does not move during the step.
+  /// Sets the positions of a body that does not move during the step: t0 and t1 are the same. Throws the exceptions of
+  /// the next function.
   void set_positions(BodyId body, Positions x);
-  /// Sets the positions of the body's vertices at both ends of the step. Throws InvalidInput when a count is not the
-  /// body's, a pointer is null, a stride is shorter than a position, or one end is float and the other double.
+  /// Sets the positions of the body's vertices at both ends of the step. Throws InvalidInput when there is no such
+  /// body, a count is not the body's, a pointer is null, a stride is shorter than a position, or one end is float and
+  /// the other double.
   void set_positions(BodyId body, Positions x_t0, Positions x_t1);
 
   /// Sets the pairs of bodies that no query compares from the next detection on. Replaces the pairs that were set

@@ -130,12 +130,14 @@ struct Settings {
 
   // Presets. Each is a value whose members can be changed further.
 
-  /// Returns settings for the shortest step: Bullet's own rules, in float, with Contacts::closest_feature.
+  /// Returns settings for the shortest step: Bullet's own rules, in float, with Contacts::closest_feature, and no
+  /// contacts of edges.
   static Settings fast();
   /// Returns the default: discrete detection. The kind of world chooses the rest, see EdgeContacts and Contacts.
   static Settings balanced() { return {}; }
-  /// Returns settings with which no step makes an intersection, at any speed: continuous detection, responses to edges,
-  /// and corners and edges of convex shapes.
+  /// Returns settings for the fewest crossings, at any speed: continuous detection, responses to edges, and corners and
+  /// edges of convex shapes. A body crosses another one only if it has nowhere else to go. docs/use/limits.md says what
+  /// is not prevented.
   static Settings safe();
 };
 

@@ -31,7 +31,7 @@ class SOFTCD_EXPORT DetectorReport {
   /// Returns which stages ran or were skipped, and why. Before the first step it describes an empty scene; after a
   /// failed step it is empty.
   std::vector<StageReport> explain() const;
-  /// Returns where it computed, never `automatic`; before the first step, where it expects to.
+  /// Returns the backend that it has used, never `automatic`; before the first step, the one that it expects to use.
   Backend backend() const;
   /// Returns the number of steps in which it failed: see OnError.
   std::uint64_t failed_steps() const;
@@ -45,12 +45,12 @@ struct CrossingAnswers {
   std::uint64_t impacts = 0;     ///< pairs of features that would have met
   std::uint64_t rounds = 0;      ///< number of responses, each followed by another detection
   std::uint64_t held_nodes = 0;  ///< nodes held where the step began, after impulses and common motion did not help
-  /// Pairs that still cross: a massless or anchored node, or a moving rigid mesh, has met a node that cannot give way.
-  /// The log names their bodies once, by their numbers among the world's soft bodies, until they have been apart for
-  /// 64 steps. Pairs of two massless bodies are not tested.
+  /// Pairs of features that still cross: a massless or anchored node, or a moving rigid mesh, has met a node that
+  /// cannot give way. The log names their bodies once, by their numbers among the world's soft bodies, until they have
+  /// been apart for 64 steps. Pairs of two massless bodies are not tested.
   std::uint64_t unavoidable = 0;
-  /// Pairs that were released, with EdgeContacts::respond: faces at them already intersect when the step begins. The
-  /// log names their bodies as above.
+  /// Pairs of features that were released, with EdgeContacts::respond: faces at them already intersect when the step
+  /// begins. The log names their bodies as for `unavoidable`.
   std::uint64_t excepted = 0;
   /// Kinetic energy that the responses add to nodes with mass, J. Below 0 unless something that the app moves pushes
   /// them.

@@ -45,12 +45,13 @@ struct Statistics {
   /// Registrations of a triangle in a cell. On the CPU a patch of up to 8 neighbouring triangles is registered as one.
   std::uint64_t entries = 0;
   std::uint64_t cells = 0;  ///< occupied cells
-  std::uint64_t tests = 0;  ///< enumerated pairs of what shares a cell: triangles, or patches on the CPU
-  /// Whether kept pairs were tested, and those of a few triangles that have moved since: see QueryOptions::reuse_pairs.
-  /// There are then no entries and no cells. mean_radius and cell_size are those of the detection that kept the pairs.
+  std::uint64_t tests = 0;  ///< enumerated pairs of triangles, on the CPU of patches, in one cell
+  /// Whether the detection tested pairs that an earlier one has kept, and searched only the pairs of triangles that
+  /// have moved since: see QueryOptions::reuse_pairs. There are then no entries and no cells. mean_radius and cell_size
+  /// are those of the detection that kept the pairs.
   bool reused_pairs = false;
-  std::uint64_t looked_up_triangles = 0;  ///< if pairs were reused: triangles that have moved, and were looked up alone
-  /// those that passed every test of the broad phase; neighbours are on a list of their own
+  std::uint64_t looked_up_triangles = 0;  ///< triangles whose pairs were searched because they have moved
+  /// Pairs of triangles that passed every test of the broad phase. Neighbours are on another list, and not counted.
   std::uint64_t triangle_pairs = 0;
   std::uint64_t flagged_pairs = 0;  ///< pairs of split triangles that were sorted and made unique
   std::uint64_t vt_candidates = 0;  ///< tested pairs of a vertex and a triangle

@@ -31,7 +31,7 @@ concept BackendMemory = std::default_initializable<M> && std::movable<M> && requ
   memory.rewind();
 };
 
-/// Memory: Buffer, SortBuffer, which has what sorting needs beside it, Mirror, which follows an array of the host, and
+/// Memory: Buffer; SortBuffer, a buffer with scratch memory for sorting; Mirror, which follows an array of the host;
 /// Readback, where the host reads a buffer.
 template <class B>
 concept HasMemory = BackendMemory<typename B::template Buffer<std::uint32_t>, B, std::uint32_t> &&

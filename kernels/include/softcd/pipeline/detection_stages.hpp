@@ -156,7 +156,7 @@ class DetectionStages {
     const auto count_in_runs = [&] {
       if (!Backend::kKnowsCounts && in_runs) narrow_phase.count_in_runs();
     };
-    if (Backend::kKnowsCounts || chunks_.count() > 1) {  // each chunk's candidates are counted anew
+    if (Backend::kKnowsCounts || chunks_.count() > 1) {  // each chunk's candidates are counted from 0
       count_in_runs();
       enqueue_pairs();
       backend_.begin(Stage::features);
@@ -210,7 +210,7 @@ class DetectionStages {
   }
 
   /// Finds the pairs among those that an earlier detection kept, and looks up triangles that have escaped. If that is
-  /// not possible, finds all pairs anew.
+  /// not possible, searches all pairs.
   void find_pairs_or_reuse(BroadPhase& broad_phase, NarrowPhase& narrow_phase) {
     if (has_reused_) return keeping_->enqueue_reuse(broad_phase);
     bool has_found = false;

@@ -11,7 +11,7 @@ namespace softcd {
 /// The bytes that a detector holds in its backend's memory, the most that it held at once, and a bound on them.
 class MemoryAccount {
  public:
-  /// Sets the limit; 0 for none. While more is held, nothing can be taken. Starts peak_bytes() anew.
+  /// Sets the limit; 0 for none. While more is held, nothing can be taken. Resets peak_bytes().
   void set_limit(std::uint64_t bytes) {
     limit_ = bytes == 0 ? kNone : bytes;
     peak_bytes_ = bytes_;

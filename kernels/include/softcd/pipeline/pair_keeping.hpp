@@ -69,9 +69,9 @@ class PairKeeping {
     if (work_.looks_up_escaped) stages.look_up_escaped();
   }
 
-  /// Decides what a detection that finds its pairs anew keeps:
+  /// Decides what a detection that reuses no pairs keeps:
   /// - nothing if it is the detector's first;
-  /// - volumes, which tell later whether pairs would have been of use;
+  /// - volumes, from which later detections learn whether pairs would have been of use;
   /// - pairs, too, if these are likely to be of use.
   void begin() {
     if (work_.compares && !waits_for_comparison()) lesson_ = lesson();
@@ -133,7 +133,8 @@ class PairKeeping {
   /// Discards the kept pairs, which are not complete.
   void drop() { kept_.has_pairs = false; }
 
-  /// Called when all has run. Keeps nothing if triangles were split: these are not where their volumes are.
+  /// Called when all has run. Keeps nothing if triangles were split: their pairs are found by the cells of their
+  /// children, not by their volumes.
   void conclude(const Counters& counters) {
     if (lesson_) learn(*lesson_, counters);
     if (!work_.keeps_volumes || counters.splits > 0) return;
@@ -179,7 +180,8 @@ class PairKeeping {
     }
   }
 
-  /// Whether the grid's settings are the same. Other settings give the same contacts, but their work is to be seen.
+  /// Whether the grid's settings are the same. Other settings give the same contacts, but the caller wants to see their
+  /// work.
   bool covers_settings() const {
     return kept_.settings.broad_phase == settings_.broad_phase && kept_.settings.subdivision == settings_.subdivision &&
            kept_.settings.cell_size_factor == settings_.cell_size_factor;

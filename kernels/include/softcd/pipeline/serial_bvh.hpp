@@ -27,7 +27,7 @@ class SerialBvh {
     cost_when_built_ = cost();
   }
 
-  /// Fits it to the current positions of the last build's triangles. Builds it anew if its cost has doubled.
+  /// Fits it to the current positions of the last build's triangles. Rebuilds it if its cost has doubled.
   void follow(const BvhInput& input) {
     fit_boxes(input);
     if (cost() > 2.0 * cost_when_built_) build(input);

@@ -14,7 +14,7 @@ namespace softcd {
 enum class LaunchPart : std::uint8_t {
   whole,
   comparison,  ///< of volumes with the kept ones
-  remainder,   ///< after a comparison: finds pairs anew
+  remainder,   ///< after a comparison: searches all pairs
   reuse,       ///< after a comparison: reuses the kept pairs
 };
 constexpr std::size_t kLaunchPartCount = 4;

@@ -72,7 +72,7 @@ struct CountInRun {
   }
 };
 
-/// Stores contacts, and counts each in its run at once. For backends whose lists do not grow meanwhile.
+/// Stores contacts, and counts each in its run at once. For backends whose lists do not grow while a stage runs.
 struct RunTarget {
   using Value = FeatureContact;
   FeatureContact* contacts;

@@ -37,7 +37,7 @@ constexpr std::uint32_t kLongBin = 1024;
 /// 16 times as many triangles, 7.8 and 14.4 ms.
 constexpr std::uint64_t kMostEntriesInBins = std::uint64_t{1} << 21;
 
-/// Stores entries, and counts each in its bin at once. For backends whose lists do not grow meanwhile.
+/// Stores entries, and counts each in its bin at once. For backends whose lists do not grow while a stage runs.
 struct BinTarget {
   using Value = KeyedEntry;
   EntryTarget entries;

@@ -326,7 +326,7 @@ struct PatchWork {
   SOFTCD_HD std::uint32_t part_count() const { return has_two_patches ? kPatchSize * kPatchSize : kPatchSize; }
 };
 
-/// Two triangles whose volumes meet. Those that share no vertex also meet on their way.
+/// Two triangles whose volumes meet. If they share no vertex, they also meet on their paths, see move_past().
 struct MeetingTriangles {
   std::uint32_t a, b;
   bool may_share_vertex;

@@ -141,16 +141,22 @@ inline constexpr auto kFields<StageTimes> = fields_of<
     StageTimes, &StageTimes::total, &StageTimes::volumes, &StageTimes::subdivision, &StageTimes::assignment,
     &StageTimes::sort, &StageTimes::tests, &StageTimes::features, &StageTimes::narrow, &StageTimes::transfer>();
 
+// kTime has the detection's time: that of every stage in C++, the total in C.
+template <class Struct, auto kTime, auto... kOther>
+inline constexpr auto kStatistics = fields_of<
+    Struct, &Struct::backend, &Struct::bodies, &Struct::triangles, &Struct::vertices, &Struct::edges,
+    &Struct::active_triangles, &Struct::left_out_triangles, kOther..., &Struct::triangle_pairs, &Struct::vt_candidates,
+    &Struct::ee_candidates, &Struct::vt_contacts, &Struct::ee_contacts, &Struct::unsettled_contacts,
+    &Struct::earliest_toi, &Struct::peak_bytes, &Struct::reruns, &Struct::chunks, kTime>();
 template <>
-inline constexpr auto kFields<Statistics> = fields_of<
-    Statistics, &Statistics::backend, &Statistics::bodies, &Statistics::triangles, &Statistics::vertices,
-    &Statistics::edges, &Statistics::active_triangles, &Statistics::left_out_triangles, &Statistics::mean_radius,
-    &Statistics::cell_size, &Statistics::split_triangles, &Statistics::children, &Statistics::big_triangles,
-    &Statistics::entries, &Statistics::cells, &Statistics::tests, &Statistics::reused_pairs,
-    &Statistics::looked_up_triangles, &Statistics::triangle_pairs, &Statistics::flagged_pairs,
-    &Statistics::vt_candidates, &Statistics::ee_candidates, &Statistics::vt_contacts, &Statistics::ee_contacts,
-    &Statistics::unsettled_contacts, &Statistics::earliest_toi, &Statistics::peak_bytes, &Statistics::reruns,
-    &Statistics::chunks, &Statistics::ms>();
+inline constexpr auto kFields<Statistics> =
+    kStatistics<Statistics, &Statistics::ms, &Statistics::mean_radius, &Statistics::cell_size,
+                &Statistics::split_triangles, &Statistics::children, &Statistics::big_triangles, &Statistics::entries,
+                &Statistics::cells, &Statistics::tests, &Statistics::reused_pairs, &Statistics::looked_up_triangles,
+                &Statistics::flagged_pairs>;
+template <>
+inline constexpr auto kFields<softcd_statistics> =
+    kStatistics<softcd_statistics, &softcd_statistics::total_ms, &softcd_statistics::struct_size>;
 
 template <>
 inline constexpr auto kFields<StageReport> =
