@@ -111,7 +111,15 @@ void CrossingPrevention::note_meeting(const Impact& impact) {
   }
 }
 
+/// Holds the rigid bodies of the impacts where the step began. Returns false if all of them are held already.
+bool CrossingPrevention::hold_rigid_bodies(const std::vector<Impact>& impacts) {
+  bool has_held = false;
+  for (const Impact& impact : impacts) has_held |= impact.rigid != nullptr && obstacles_.hold(*impact.rigid);
+  return has_held;
+}
+
 void CrossingPrevention::take_back() {
+  obstacles_.release_held();
   for (const auto& [body, before] : answered_) {
     set_values(*body, &btSoftBody::Node::m_v, before.velocities);
     set_values(*body, &btSoftBody::Node::m_splitv, before.split_velocities);
@@ -278,7 +286,8 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
     } else if (gaps < kMostGaps && held.empty() &&
                set_apart(impacts, kind_.passing_velocity, kLeastGap * btPow(kGapGrowth, btScalar(gaps)), time_step)) {
       ++gaps;
-    } else if (answers_.rounds < kind_.rounds.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) {
+    } else if ((answers_.rounds < kind_.rounds.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) &&
+               !hold_rigid_bodies(impacts)) {
       break;
     }
     ++answers_.rounds;
@@ -288,6 +297,7 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   answers_.held_nodes = held.size();
   count_unavoidable(impacts);
   kind_.finish(answered_, answered, zones);
+  obstacles_.stop_held();
   for (const auto& [body, before] : answered_) add_gain(*body, before, answers_);
 }
 
