@@ -153,10 +153,11 @@ bool CrossingPrevention::moves_out(const MemberContact& found) const {
              found, [this](const btSoftBody& body) -> const auto& { return obstacles_.object_of(body); });
 }
 
-/// Links of ropes get responses only with EdgeContacts::respond.
+/// Links of ropes get responses to other soft bodies only with EdgeContacts::respond, to rigid meshes always.
 bool CrossingPrevention::is_of_unanswered_link(const MemberContact& found) const {
   return found.contact.kind == ContactKind::edge_edge && settings_.edge_contacts != EdgeContacts::respond &&
-         !(found.a.mesh.segments.empty() && found.b.mesh.segments.empty());
+         !(found.a.mesh.segments.empty() && found.b.mesh.segments.empty()) &&
+         !(obstacles_.has(*found.a.body) || obstacles_.has(*found.b.body));
 }
 
 /// Returns whether the features touch at the start and stay untangled: they may separate, slide or stay. Features that
