@@ -8,6 +8,7 @@
 #include "bodies/inverse_mass.hpp"
 #include "bodies/vectors.hpp"
 #include "contacts/joint_margin.hpp"
+#include "contacts/tangles.hpp"
 #include "native/native_trees.hpp"
 #include "softcd/math/closest_point.hpp"
 #include "softcd/mesh/features.hpp"
@@ -219,33 +220,6 @@ int passage(const btSoftBody::Node& node, const btSoftBody::Face& face) {
   return heights[1] > 0 ? 1 : -1;
 }
 
-/// Returns whether the segment from one point to another passes through a triangle.
-bool passes_through(const Vec3d& from, const Vec3d& to, const Vec3d (&x)[3]) {
-  const Vec3d area = cross(x[1] - x[0], x[2] - x[0]);
-  const double heights[2] = {dot(from - x[0], area), dot(to - x[0], area)};
-  if (!(heights[0] * heights[1] < 0)) return false;
-  const Vec3d place = from + heights[0] / (heights[0] - heights[1]) * (to - from);
-  for (int i = 0; i < 3; ++i) {
-    if (dot(area, cross(x[(i + 1) % 3] - x[i], place - x[i])) < 0) return false;
-  }
-  return true;
-}
-
-/// Returns whether an edge of a face at the contact's node passes through the contact's face when the step begins.
-bool starts_through(const MemberContact& found) {
-  Vec3d x[3];
-  for (int i = 0; i < 3; ++i) x[i] = to_doubles(found.face().m_n[i]->*kClassicEnds.start);
-  for (const std::uint32_t face : found.a.mesh.faces_at(found.contact.feature_a)) {
-    const Triangle at_node = found.a.mesh.corners(face);
-    Vec3d y[3];
-    for (int k = 0; k < 3; ++k) y[k] = found.a.place(at_node.v[k], kClassicEnds.start);
-    for (int k = 0; k < 3; ++k) {
-      if (passes_through(y[k], y[(k + 1) % 3], x)) return true;
-    }
-  }
-  return false;
-}
-
 }  // namespace
 
 bool is_finer_than_margins(const WorldMirror::Member& member, std::uint32_t face) {
@@ -274,7 +248,7 @@ bool ClassicContacts::is_turned(const MemberContact& found, Detection detection,
   if (!may_turn || detection != Detection::dcd) return false;
   const int direction = passage(found.node(0), found.face());
   const bool leaves_closed_body = direction == found.b.mesh.outward && &found.a != &found.b;
-  return direction != 0 && !leaves_closed_body && !starts_through(found);
+  return direction != 0 && !leaves_closed_body && !is_tangled(found, kClassicEnds);
 }
 
 std::optional<btSoftBody::SContact> ClassicContacts::contact_of(const MemberContact& found, Detection detection) {

@@ -68,7 +68,7 @@ struct ClassicContacts {
   static std::optional<Entry> contact_of(const MemberContact& found, Detection detection);
   /// Returns whether the contact has to push the node back through the face: with `dcd`, if the node goes through the
   /// face in this step, to the wrong side. That excludes a node that leaves another body, which is closed. It also
-  /// excludes a node with an edge through the face when the step begins: then no side is known to be the right one.
+  /// excludes tangled features: then no side is known to be the right one.
   /// Contacts between bodies are turned only if contacts are chosen among (`is_chosen`).
   static bool is_turned(const MemberContact& found, Detection detection, bool is_chosen);
   /// Returns the margin_cut with which `one`, at `place` among the contacts that it carries, pushes as all of them

@@ -1,8 +1,5 @@
 #include "contacts/joint_margin.hpp"
 
-#include <array>
-#include <vector>
-
 namespace softcd::bullet {
 namespace {
 
@@ -16,76 +13,27 @@ btVector3 apart(const SContact& contact, btVector3 Node::*position) {
   return apart;
 }
 
-/// Simulates Bullet's solver for a node and the faces that it touches, with no other forces.
-class Turns {
- public:
-  explicit Turns(Span<const SContact> several) {
-    turns_.reserve(several.size());
-    nodes_.reserve(1 + 3 * several.size());
-    places_.reserve(1 + 3 * several.size());
-    places_.push_back(several[0].m_node->m_x);
-    nodes_.push_back(several[0].m_node);
-    for (const SContact& contact : several) {
-      Turn turn{&contact, apart(contact, &Node::m_q), {}};
-      for (std::size_t i = 0; i < 3; ++i) turn.corners[i] = place_of(*contact.m_face->m_n[i]);
-      turns_.push_back(turn);
-    }
-  }
-
-  /// Solves each contact once, as btSoftBody::PSolve_SContacts does.
-  void answer() {
-    for (const Turn& turn : turns_) {
-      const SContact& contact = *turn.contact;
-      const btVector3 now = apart_now(turn);
-      const btVector3 motion = now - turn.apart_at_start;
-      const btScalar along = contact.m_normal.dot(motion);
-      btVector3 correction = (contact.m_normal * along - motion) * contact.m_friction;
-      if (along < 0) correction += contact.m_normal * (contact.m_margin - contact.m_normal.dot(now));
-      places_[0] += correction * contact.m_cfm[0];
-      if (contact.m_cfm[1] == 0) continue;
-      for (int i = 0; i < 3; ++i) {
-        places_[turn.corners[static_cast<std::size_t>(i)]] -= correction * (contact.m_cfm[1] * contact.m_weights[i]);
-      }
-    }
-  }
-
-  /// Returns the distance of the node from its face along the normal.
-  btScalar separation(std::size_t i) const { return turns_[i].contact->m_normal.dot(apart_now(turns_[i])); }
-
- private:
-  struct Turn {
-    const SContact* contact;
-    btVector3 apart_at_start;
-    std::array<std::size_t, 3> corners;  ///< in places_
-  };
-
-  /// Searches linearly, as a node's contacts have few nodes. Begins with the last ones, because faces with consecutive
-  /// numbers are often neighbours.
-  std::size_t place_of(const Node& node) {
-    std::size_t behind = nodes_.size();
-    while (behind > 0 && nodes_[behind - 1] != &node) --behind;
-    if (behind > 0) return behind - 1;
-    nodes_.push_back(&node);
-    places_.push_back(node.m_x);
-    return nodes_.size() - 1;
-  }
-
-  btVector3 apart_now(const Turn& turn) const {
-    btVector3 apart = places_[0];
-    for (int i = 0; i < 3; ++i) {
-      apart -= turn.contact->m_weights[i] * places_[turn.corners[static_cast<std::size_t>(i)]];
-    }
-    return apart;
-  }
-
-  std::vector<const Node*> nodes_;
-  std::vector<btVector3> places_;  ///< of nodes_; the first is the node of all contacts
-  std::vector<Turn> turns_;
-};
-
 /// Returns the part of the missing distance to the margin that solving the contact once restores.
 btScalar gain_of(const SContact& contact) {
   return contact.m_cfm[0] + contact.m_cfm[1] * contact.m_weights.length2();
+}
+
+/// Returns how far the node moves from the faces if each contact is solved once in each of `rounds` rounds, as
+/// btSoftBody::PSolve_SContacts does, with no other forces. The contacts are at one place of a surface. So a correction
+/// that moves one face moves the others as far.
+btVector3 joint_push(Span<const SContact> several, int rounds) {
+  btVector3 push(0, 0, 0);
+  for (int round = 0; round < rounds; ++round) {
+    for (const SContact& contact : several) {
+      const btVector3 now = apart(contact, &Node::m_x) + push;
+      const btVector3 motion = now - apart(contact, &Node::m_q);
+      const btScalar along = contact.m_normal.dot(motion);
+      btVector3 correction = (contact.m_normal * along - motion) * contact.m_friction;
+      if (along < 0) correction += contact.m_normal * (contact.m_margin - contact.m_normal.dot(now));
+      push += correction * gain_of(contact);
+    }
+  }
+  return push;
 }
 
 }  // namespace
@@ -98,10 +46,8 @@ btScalar joint_margin(Span<const SContact> several, std::size_t one, int rounds)
   const SContact& given = several[one];
   const btScalar approach = approach_of(given);
   if (!(approach > 0)) return given.m_margin;
-  Turns turns(several);
-  const btScalar start = turns.separation(one);
-  for (int round = 0; round < rounds; ++round) turns.answer();
-  const btScalar push = btMax(btScalar(0), turns.separation(one) - start);
+  const btScalar start = given.m_normal.dot(apart(given, &Node::m_x));
+  const btScalar push = btMax(btScalar(0), given.m_normal.dot(joint_push(several, rounds)));
   // Bullet solves a contact in each round until its approach has ended. If the several contacts leave a part of the
   // approach, contacts of the face's other nodes end that part. A contact that pushes no farther than the several would
   // then pull its node back.
