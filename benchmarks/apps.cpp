@@ -262,6 +262,12 @@ void run(const AppsOptions& options) {
   if (!options.json_file.empty()) write_json(options.json_file, json);
 }
 
+std::string list_of_apps() {
+  std::string list;
+  for (const App& app : apps()) list += fmt::format("  {:<24} {}\n", app.name, app.description);
+  return list;
+}
+
 }  // namespace
 
 void add_apps(CLI::App& app, AppsOptions& options) {
@@ -274,7 +280,7 @@ void add_apps(CLI::App& app, AppsOptions& options) {
       ->delimiter(',')
       ->check([](const std::string& name) {
         const bool is_known = std::any_of(apps().begin(), apps().end(), [&](const App& a) { return a.name == name; });
-        return is_known ? std::string() : "there is no app '" + name + "'";
+        return is_known ? std::string() : fmt::format("there is no app '{}'; there are\n{}", name, list_of_apps());
       });
   demo::add_choices(*command, "--world", kAppWorlds, options.worlds, "Bullet's worlds, one after the other");
   demo::add_choices(*command, "--detection", kAppDetections, options.detections,
@@ -305,6 +311,7 @@ void add_apps(CLI::App& app, AppsOptions& options) {
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");
   command->add_option("--json", options.json_file, "Write every figure of every run")->option_text("FILE");
+  command->footer("Apps:\n" + list_of_apps() + "\n" + app.get_footer());
   command->callback([&options] { run(options); });
 }
 

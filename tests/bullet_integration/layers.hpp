@@ -72,12 +72,15 @@ class Layers {
     }
     return found;
   }
-  std::vector<btScalar> heights() const {
-    std::vector<btScalar> heights;
+  /// Returns the height of each node, and its velocity upwards.
+  std::vector<std::array<btScalar, 2>> motions() const {
+    std::vector<std::array<btScalar, 2>> motions;
     for (const btSoftBody* body : bodies_) {
-      for (int n = 0; n < body->m_nodes.size(); ++n) heights.push_back(body->m_nodes[n].m_x.y());
+      for (int n = 0; n < body->m_nodes.size(); ++n) {
+        motions.push_back({body->m_nodes[n].m_x.y(), body->m_nodes[n].m_v.y()});
+      }
     }
-    return heights;
+    return motions;
   }
   /// One node of the upper sheet has no position.
   void spoil() { places_.back().setY(std::numeric_limits<btScalar>::quiet_NaN()); }

@@ -107,7 +107,7 @@ TEST_P(LockedBodies, are_named_once_and_nothing_else_is_let_go_with_them) {
 }
 
 // Bodies that part and meet all the time must not fill the log.
-TEST_P(LockedBodies, that_part_and_meet_again_are_named_less_and_less_often) {
+TEST_P(LockedBodies, that_keep_parting_and_meeting_are_named_once) {
   lock_two();
   const auto positions_of = [](const btSoftBody& body) {
     std::vector<btVector3> x;
@@ -132,9 +132,7 @@ TEST_P(LockedBodies, that_part_and_meet_again_are_named_less_and_less_often) {
     step();
     EXPECT_EQ(excepted, 0U);
   }
-  ASSERT_EQ(warnings.size(), 4U) << "the first, second, fourth and eighth time";
-  EXPECT_NE(warnings[0].find("soft bodies 0 and 1 ("), std::string::npos) << warnings[0];
-  EXPECT_NE(warnings[3].find("soft bodies 0 and 1 (8 times so far)"), std::string::npos) << warnings[3];
+  EXPECT_EQ(warnings.size(), 1U);
 }
 
 TEST_P(LockedBodies, stay_at_rest_when_nothing_moves_them) {
@@ -175,8 +173,9 @@ TEST_P(LockedBodies, get_no_more_energy_with_contacts_of_edges_than_without) {
 TEST_P(LockedBodies, come_apart_and_are_named_again_when_they_are_put_through_each_other_again) {
   lock_two(/*is_first_fixed=*/true);
   const btVector3 start = second->m_nodes[0].m_x;
-  // 58 to 78 steps, by the order of Bullet's contacts, which in the deformable world follows addresses.
-  for (int i = 0; i < 100; ++i) {
+  // 58 to 78 steps, by the order of Bullet's contacts, which in the deformable world follows addresses. After 64 more
+  // the pair counts as separate.
+  for (int i = 0; i < 160; ++i) {
     step([&] {
       for (int n = 0; n < second->m_nodes.size(); ++n) second->m_nodes[n].m_v = away();
     });
@@ -205,7 +204,6 @@ void renumber_nodes(btSoftBody& body) {
   for (int l = 0; l < body.m_links.size(); ++l) std::for_each_n(body.m_links[l].m_n, 2, follow);
 }
 
-// Features of before are no features of other faces, whose numbers may be out of range.
 TEST_P(LockedBodies, are_not_named_again_when_they_get_other_faces) {
   lock_two();
   const auto pull = [this] {
@@ -215,8 +213,7 @@ TEST_P(LockedBodies, are_not_named_again_when_they_get_other_faces) {
   for (int i = 0; i < 10 && warnings.empty(); ++i) pull();
   for (btSoftBody* body : {first, second}) renumber_nodes(*body);
   for (int i = 0; i < 3; ++i) pull();
-  // In the deformable world no features cross within the first of its short steps, and the pair counts as a new one.
-  EXPECT_EQ(warnings.size(), is_deformable(GetParam()) ? 2U : 1U);
+  EXPECT_EQ(warnings.size(), 1U);
 }
 
 }  // namespace

@@ -131,15 +131,15 @@ TEST(OnError, a_step_without_memory_for_the_look_at_crossings_goes_without_it) {
   const btScalar velocity = -30;
   bullet::Settings settings = cpu_settings(Detection::ccd);
   settings.rigid_meshes = false;  // whose contacts a world of softcd's solves once more, a dispatcher does not
-  const auto heights_with = [&](World world) {
+  const auto motions_with = [&](World world) {
     Layers layers(world, settings);
     layers.answer_nothing();
     layers.step();
     layers.step(velocity);
-    return layers.heights();
+    return layers.motions();
   };
-  const std::vector<btScalar> with_look = heights_with(World::one_line);
-  const std::vector<btScalar> without_look = heights_with(World::dispatcher);
+  const auto with_look = motions_with(World::one_line);
+  const auto without_look = motions_with(World::dispatcher);
   ASSERT_NE(with_look, without_look);
   std::uint64_t failed = 0;
   for_every_allocation([&](std::uint64_t n) {
@@ -155,7 +155,7 @@ TEST(OnError, a_step_without_memory_for_the_look_at_crossings_goes_without_it) {
     }
     const WorldDetection& detection = layers.detection();
     if (detection.contact_report().failed_steps() + detection.rigid_mesh_report().failed_steps() == 0) {
-      EXPECT_EQ(layers.heights(), detection.crossing_report().failed_steps() > 0 ? without_look : with_look);
+      EXPECT_EQ(layers.motions(), detection.crossing_report().failed_steps() > 0 ? without_look : with_look);
     }
     failed += detection.crossing_report().failed_steps();
     return has_failed && !testing::Test::HasFailure();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h"
+#include "BulletCollision/CollisionShapes/btSphereShape.h"
 #include "BulletCollision/CollisionShapes/btTriangleMesh.h"
 #include "any_simulation.hpp"
 #include "mesh_tools/exact_intersection.hpp"
@@ -129,6 +130,24 @@ std::unique_ptr<btTriangleMesh> roof() {
     mesh->addTriangle(low[0], btVector3(1, 0, 0), btVector3(-1, 0, 0));
   }
   return mesh;
+}
+
+// A contact at an end of a link is its node's, and an anchored node has none.
+TEST(AnchoredRopes, are_not_pushed_off_the_edges_at_their_anchors) {
+  const std::unique_ptr<btTriangleMesh> mesh = roof();
+  for (const bool is_anchored : {false, true}) {
+    AnySimulation simulation(World::one_line, rope_settings(Detection::dcd));
+    simulation.set_gravity(btVector3(0, 0, 0));
+    auto shape = std::make_unique<btBvhTriangleMeshShape>(mesh.get(), true);
+    shape->setMargin(kMargin);
+    simulation.add_rigid(std::move(shape), btVector3(0, 0, 0));
+    btRigidBody& holder = simulation.add_rigid(std::make_unique<btSphereShape>(kMargin), btVector3(3, 0, 0));
+    btSoftBody& rope = simulation.add(straight_rope(simulation.world_info(), 3, btVector3(btScalar(0.1), kMargin, 0),
+                                                    btVector3(btScalar(0.1), 1, 0)));
+    if (is_anchored) rope.appendAnchor(0, &holder);
+    simulation.step();
+    EXPECT_EQ(AnySimulation::count_contacts(rope), is_anchored ? 0 : 1);
+  }
 }
 
 TEST_P(Ropes, hang_over_the_edge_of_a_rigid_mesh) {

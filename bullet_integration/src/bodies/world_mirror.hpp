@@ -8,7 +8,6 @@
 #include "bodies/node_ends.hpp"
 #include "bodies/rigid_mirror.hpp"
 #include "bodies/vectors.hpp"
-#include "native/native_trees.hpp"
 #include "native/pair_gate.hpp"
 #include "softcd/bullet/body_filters.hpp"
 #include "softcd/bullet/settings.hpp"
@@ -26,10 +25,10 @@ class WorldMirror {
     BodyId id;
     BodyMesh mesh;
     BodySettings settings;
-    std::uint64_t filters = 0;  ///< the number of the filters that the scene has, or 0
-    FaceTreeWatch face_tree;
+    std::uint64_t filters = 0;        ///< the number of the filters that the scene has, or 0
     bool is_outdated = false;         ///< whether the mesh differed when it was last compared
     bool topology_changed = false;    ///< since the last step
+    bool is_in_parts = false;         ///< used by a Dispatcher: see replace_face_tree()
     std::uint64_t last_compared = 0;  ///< the step, or 0 to compare again
     std::uint64_t last_step = 0;      ///< in which a query needed it
     bool has_way = false;             ///< whether the scene has both ends of this step

@@ -80,20 +80,6 @@ void ContactDetection::start(const PairRule& rule) {
   query_.set_pair_filter({});
 }
 
-void ContactDetection::drop_unread_face_trees(Span<btSoftBody* const> bodies) {
-  for (btSoftBody* body : bodies) {
-    if (!has_vertex_face_contacts(kind_.ends, *body) || !mirror_.has(*body)) continue;
-    WorldMirror::Member& member = mirror_.member(*body);
-    member.face_tree.drop_unread_tree(*body, member.topology_changed);
-  }
-}
-
-void ContactDetection::hide_flags_of_endless_trees(Span<btSoftBody* const> bodies) {
-  for (btSoftBody* body : bodies) {
-    if (mirror_.has(*body)) mirror_.member(*body).face_tree.hide_flag_of_endless_tree(*body);
-  }
-}
-
 void ContactDetection::finish(bool prevents_crossings, const TangledNodes* released) {
   BT_PROFILE("softcd contacts");
   released_ = released;

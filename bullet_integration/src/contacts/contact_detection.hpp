@@ -38,11 +38,6 @@ class ContactDetection {
   /// `ccd`. `released` are nodes that get no contacts with the bodies with which they are tangled.
   void finish(bool prevents_crossings, const TangledNodes* released);
 
-  /// Removes the face trees that Bullet's prediction built; see FaceTreeWatch. Call it between start() and finish().
-  void drop_unread_face_trees(Span<btSoftBody* const> bodies);
-  /// Keeps Bullet's next prediction from building trees without end; see FaceTreeWatch. After finish().
-  void hide_flags_of_endless_trees(Span<btSoftBody* const> bodies);
-
  private:
   bool needs_both_ends() const;
   bool looks_for_tangles() const;

@@ -243,8 +243,9 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   const PairFilter filter = pair_filter(mirror_, rule_of_all);
   query_.set_pair_filter([&](BodyId a, BodyId b) { return a == b ? keeps_from_itself(a) : filter(a, b); });
   answered_.clear();
+  ends_.clear();
   constrained_.clear();
-  tangled_.begin_step(mirror_, kind_.ends);
+  tangled_.begin_step();
   answers_ = {};
   impulses_.clear();
   std::vector<Impact> impacts;
@@ -259,6 +260,13 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   }
   obstacles_.end_step();
   return !impacts.empty();
+}
+
+void CrossingPrevention::place_ends() const {
+  for (const auto& [body, ends] : ends_) {
+    set_values(*body, &btSoftBody::Node::m_x, ends);
+    set_values(*body, &btSoftBody::Node::m_q, ends);
+  }
 }
 
 void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
@@ -287,7 +295,9 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   }
   answers_.held_nodes = held.size();
   count_unavoidable(impacts);
-  kind_.finish(answered_, answered, zones);
+  if (kind_.finish(answered_, answered, zones, time_step)) {
+    for (const auto& [body, before] : answered_) ends_.emplace_back(body, values_of(*body, kind_.ends.end));
+  }
   for (const auto& [body, before] : answered_) add_gain(*body, before, answers_);
 }
 
@@ -314,13 +324,13 @@ void CrossingPrevention::name_new_pairs(Span<btSoftBody* const> bodies) const {
     return "in " + std::to_string(answers_.unavoidable) + " impacts of " + pairs +
            " a body is crossed by features that the app moves (nodes without mass, nodes on anchors, or rigid meshes) "
            "and has no place to go; move them less in a step, or leave more space in front of them (reported once "
-           "until these bodies separate, and less often later)";
+           "until these bodies have been separate for 64 steps)";
   });
   name(TangleReason::start, [this](const std::string& pairs) {
     return "bodies already intersect at the start of the step, and may move through each other there until they "
            "separate, in " +
            std::to_string(answers_.excepted) + " pairs of features in this step: " + pairs +
-           " (reported once until these bodies separate, and less often later; their other crossings are still "
+           " (reported once until these bodies have been separate for 64 steps; their other crossings are still "
            "prevented)";
   });
 }

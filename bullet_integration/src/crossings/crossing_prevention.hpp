@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "bodies/query_options.hpp"
@@ -17,9 +18,9 @@ namespace softcd::bullet {
 
 /// Last pass of a step with continuous detection. Changes the nodes' end positions until no node crosses a face on its
 /// straight path. If edge contacts get responses, no edge crosses an edge either. Margins do not count. Rigid triangle
-/// meshes are obstacles, whose paths the pass does not change. In classic worlds those with mass get the opposite
-/// impulses. With discrete detection the pass prevents crossings with obstacles, including those of their edges, and
-/// crossings of soft bodies that the pass has moved, with others and with themselves.
+/// meshes are obstacles, whose paths the pass does not change. Those with mass get the opposite impulses. With discrete
+/// detection the pass prevents crossings with obstacles, including those of their edges, and crossings of soft bodies
+/// that the pass has moved, with others and with themselves.
 ///
 /// Impulses come first, then impact zones, which move as rigid bodies. Then small gaps separate features that zones
 /// leave within the rounding of positions. Nodes that still meet stay where the step began, because nothing crossed
@@ -55,8 +56,12 @@ class CrossingPrevention {
   bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
            const Surroundings& surroundings = {}, const TangledNodes* released = nullptr);
 
+  /// Puts nodes exactly where the last run() found no crossings. Call it in the deformable world after Bullet has moved
+  /// the nodes: the sum of a node's velocities can round to another place.
+  void place_ends() const;
+
   /// Returns whether run() without bodies would change nothing, because there were none in the last step either.
-  bool is_idle() const { return had_no_bodies(query_) && obstacles_.empty() && tangled_.empty(); }
+  bool is_idle() const { return had_no_bodies(query_) && obstacles_.empty(); }
 
   /// Returns the responses of the last step.
   const CrossingAnswers& answers() const { return answers_; }
@@ -96,6 +101,8 @@ class CrossingPrevention {
   const TangledNodes* released_ = nullptr;          ///< in run()
   Span<btSoftBody* const> neighbours_;              ///< in run()
   std::unordered_set<const btSoftBody*> required_;  ///< in this step
+  /// Of bodies in the deformable world whose velocities do not lead to their ends exactly.
+  std::vector<std::pair<btSoftBody*, std::vector<btVector3>>> ends_;
   CrossingAnswers answers_;
   CrossingImpulses impulses_;
 };

@@ -1,9 +1,17 @@
 #include "crossings/crossings_of_kind.hpp"
 
+#include <algorithm>
+
 namespace softcd::bullet {
 namespace {
 
 using Node = btSoftBody::Node;
+
+/// Solves the velocities from before all responses. Rigid bodies with mass get the opposite impulses.
+void solve_velocities(const std::vector<Impact>& impacts, ImpactZones& zones) {
+  apply_inelastic_impulses(impacts, RigidResponse::impulses);
+  zones.move_as_one();
+}
 
 namespace classic {
 
@@ -30,13 +38,14 @@ void push(Node& node, const btVector3& velocity, const btVector3& shift, btScala
 /// Applies the responses to the nodes' own velocities. These may differ from the mean ones: Bullet moves a body's nodes
 /// for the contacts of later bodies after it has set the body's velocities. If the changes of the mean velocities were
 /// added to them, they could gain energy.
-void finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones) {
+bool finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones,
+            btScalar /*time_step*/) {
   for (const auto& [body, before] : answered) set_values(*body, &Node::m_v, before.velocities);
-  apply_inelastic_impulses(impacts, RigidResponse::impulses);
-  zones.move_as_one();
+  solve_velocities(impacts, zones);
   for (const auto& [body, before] : answered) {
     if (body->isActive()) body->updateNormals();
   }
+  return false;
 }
 
 }  // namespace classic
@@ -84,14 +93,34 @@ void take_up(btSoftBody& body, btScalar time_step) {
   }
 }
 
+/// Solves the velocities once more, so that rigid bodies with mass get the opposite impulses. The nodes' ends stay, as
+/// Bullet has already moved the rigid bodies: split velocities make up the difference.
+void push_rigid_bodies(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones,
+                       btScalar time_step) {
+  for (const auto& [body, before] : answered) {
+    set_values(*body, &Node::m_v, before.velocities);
+    set_values(*body, &Node::m_splitv, before.split_velocities);
+    take_up(*body, time_step);
+  }
+  solve_velocities(impacts, zones);
+  for (const auto& [body, before] : answered) {
+    for (Node& node : span_of(body->m_nodes)) node.m_splitv = (node.m_q - node.m_x) / time_step - node.m_v;
+  }
+}
+
 /// Restores the velocities of nodes on anchors. All other nodes keep the velocities that the responses gave them.
-void finish(const AnsweredBodies& answered, const std::vector<Impact>& /*impacts*/, ImpactZones& /*zones*/) {
+bool finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones,
+            btScalar time_step) {
+  const bool has_pushed =
+      std::any_of(impacts.begin(), impacts.end(), [](const Impact& i) { return i.rigid != nullptr; });
+  if (has_pushed) push_rigid_bodies(answered, impacts, zones, time_step);
   for (const auto& [body, before] : answered) {
     for (const btSoftBody::DeformableNodeRigidAnchor& anchor : span_of(body->m_deformableAnchors)) {
       Node& node = *anchor.m_node;
       node.m_v = before.velocities[static_cast<std::size_t>(&node - &body->m_nodes[0])];
     }
   }
+  return has_pushed;
 }
 
 }  // namespace deformable

@@ -66,8 +66,9 @@ struct CrossingsOfKind {
   void (*push)(btSoftBody::Node&, const btVector3& velocity, const btVector3& shift, btScalar time_step);
   /// Holds a node where the step began, with its velocity; after move_end().
   void (*hold)(btSoftBody::Node&);
-  /// Called once for all bodies when the ends are final. `impacts` and `zones` are those with a response.
-  void (*finish)(const AnsweredBodies&, const std::vector<Impact>& impacts, ImpactZones& zones);
+  /// Called once for all bodies when the ends are final. `impacts` and `zones` are those with a response. Returns
+  /// whether Bullet will move nodes by velocities that do not lead to their ends exactly.
+  bool (*finish)(const AnsweredBodies&, const std::vector<Impact>& impacts, ImpactZones& zones, btScalar time_step);
   AnswerRounds rounds = {};
 };
 

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "BulletSoftBody/btSoftBodySolvers.h"
-#include "native/at_end.hpp"
 #include "native/native_trees.hpp"
 
 namespace softcd::bullet {
@@ -16,26 +15,12 @@ void collide_deformable(btSoftBody& a, btSoftBody& b) {
   b.m_softSoftCollision = was_on;
 }
 
-/// A bit of btSoftBody::m_cfg.collisions that nothing in Bullet reads.
-constexpr int kFaceTreeIsOurs = 1 << 27;
-
-/// Gives bodies without a face tree one until remove_built_trees(), so that Bullet can find vertex-face contacts. Calls
-/// refit(body) for each body.
+/// Gives bodies without a face tree one, so that Bullet can find vertex-face contacts. It stays, as the next step may
+/// fail, too. Calls refit(body) for each body.
 void build_missing_trees(Span<btSoftBody* const> bodies, void (*refit)(btSoftBody&)) {
   for (btSoftBody* body : bodies) {
-    if (body->m_fdbvt.empty()) {
-      body->m_cfg.collisions |= kFaceTreeIsOurs;
-      build_face_tree(*body);
-    }
+    if (body->m_fdbvt.empty()) build_face_tree(*body);
     refit(*body);
-  }
-}
-
-void remove_built_trees(Span<btSoftBody* const> bodies) {
-  for (btSoftBody* body : bodies) {
-    if ((body->m_cfg.collisions & kFaceTreeIsOurs) == 0) continue;
-    body->m_cfg.collisions &= ~kFaceTreeIsOurs;
-    remove_face_tree(*body);
   }
 }
 
@@ -47,7 +32,6 @@ bool has_contacts_within(const btSoftBody& body) {
 
 void detect_classic_contacts(Span<btSoftBody* const> bodies, const PairGate& gate, const PairRule& rule) {
   build_missing_trees(bodies, refit_classic_trees);
-  const AtEnd detected([bodies] { remove_built_trees(bodies); });
   const btBroadphasePair* pairs = gate.pair_cache().getOverlappingPairArrayPtr();
   for (int i = 0; i < gate.pair_cache().getNumOverlappingPairs(); ++i) {
     const auto [a, b] = soft_bodies_of(pairs[i]);
@@ -61,7 +45,6 @@ void detect_deformable_contacts(Span<btSoftBody* const> bodies, const PairGate& 
     body.updateNodeTree(/*use_velocity=*/true, /*margin=*/true);
     body.updateFaceTree(/*use_velocity=*/true, /*margin=*/true);
   });
-  const AtEnd detected([bodies] { remove_built_trees(bodies); });
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (has_contacts_within(*bodies[i])) collide_deformable(*bodies[i], *bodies[i]);
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {

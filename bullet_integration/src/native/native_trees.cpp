@@ -314,32 +314,14 @@ void refit_face_trees(Span<btSoftBody* const> bodies) {
   }
 }
 
-void FaceTreeWatch::hide_flag_of_endless_tree(btSoftBody& body) const {
-  const bool has_it_alone = (body.m_cfg.collisions & Flags::SVSmask) == kClassicTreeFlag.flag;
-  if (!ends_ && has_it_alone) hide_flag(body, kClassicTreeFlag);
-}
-
-void FaceTreeWatch::drop_unread_tree(btSoftBody& body, bool topology_changed) {
-  const std::array<int, 3> sizes = {body.m_nodes.size(), body.m_links.size(), body.m_faces.size()};
-  const bool ended = ends_;
-  if (std::exchange(sizes_, sizes) != sizes || topology_changed) ends_ = face_tree_ends(body);
-  if (!ends_) {
-    if (body.m_fdbvt.empty()) add_face_tree(body);
-    return;
+void replace_face_tree(btSoftBody& body, bool topology_changed, bool& is_in_parts) {
+  if (topology_changed) {
+    remove_face_tree(body);
+    is_in_parts = !face_tree_ends(body);
   }
-  // With the flag hidden, the prediction cleared the tree of changed faces and built none.
-  if (!ended && body.m_fdbvt.empty()) remove_face_tree(body);
-  if (body.m_fdbvt.empty()) {
-    has_reader_ = false;
-    return;
-  }
-  if (has_reader_) return;
-  if (dropped_ && !topology_changed) {
-    has_reader_ = true;
-    return;
-  }
-  remove_face_tree(body);
-  dropped_ = !topology_changed;
+  if (!is_in_parts || (body.m_cfg.collisions & kClassicTreeFlag.flag) == 0) return;
+  if (body.m_fdbvt.empty()) add_face_tree(body);
+  if ((body.m_cfg.collisions & Flags::SVSmask) == kClassicTreeFlag.flag) hide_flag(body, kClassicTreeFlag);
 }
 
 }  // namespace softcd::bullet

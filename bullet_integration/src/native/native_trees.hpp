@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <utility>
 #include <vector>
 
@@ -122,27 +121,16 @@ void build_face_tree(btSoftBody& body);
 /// continuous pass.)
 void refit_face_trees(Span<btSoftBody* const> bodies);
 
-/// Decides, step by step, whether a body's face tree has a reader. WorldMirror has one for each soft body. Bullet
-/// builds one in its prediction after a change of topology, while VF_SS is visible, and refits it in every step from
-/// then on; btSoftBody::rayTest builds one when there is none.
-class FaceTreeWatch {
- public:
-  /// Removes a tree that Bullet's prediction built. Call it once a step, after the prediction. A tree that comes back
-  /// with the same topology belongs to ray tests and stays.
-  ///
-  /// Bullet's construction never ends for a body in several parts: where common edges do not connect all faces, or
-  /// links all nodes. Such a body gets a tree of softcd's, so that ray tests build none.
-  void drop_unread_tree(btSoftBody& body, bool topology_changed);
-  /// Hides the flag of a body in several parts, so that the next prediction builds no tree. To be called after the
-  /// step's last use of the flag by softcd. Leaves a body alone that has other flags of soft-soft contacts, too:
-  /// without this one Bullet would handle it by these.
-  void hide_flag_of_endless_tree(btSoftBody& body) const;
-
- private:
-  bool dropped_ = false;
-  bool has_reader_ = false;
-  bool ends_ = true;                      ///< Bullet's construction of a tree
-  std::array<int, 3> sizes_ = {0, 0, 0};  ///< numbers of nodes, links and faces for which ends_ is known
-};
+/// Removes the tree that Bullet's prediction has built for new or changed faces, so that it updates none in later
+/// steps.
+///
+/// Bullet's construction never ends for a body in several parts: where common edges do not connect all faces, or links
+/// all nodes. Such a body gets a tree of softcd's, so that ray tests build none, and its flag VF_SS is hidden from the
+/// next prediction. The flag stays if the body has other flags of soft-soft contacts, too: without it Bullet would
+/// handle the body by these.
+///
+/// Call it once a step, after the step's last use of the flag by softcd. A call with `topology_changed` writes
+/// `is_in_parts`; others read it.
+void replace_face_tree(btSoftBody& body, bool topology_changed, bool& is_in_parts);
 
 }  // namespace softcd::bullet

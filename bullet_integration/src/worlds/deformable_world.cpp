@@ -63,6 +63,7 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   btMultiBodyDynamicsWorld::integrateTransforms(time_step);
   step.prevent_crossings(time_step);
   deformable_solver_->applyTransforms(time_step);
+  step.place_ends();
 
   refit_face_trees(step.bodies());
   updateActions(time_step);

@@ -50,14 +50,13 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
   broadphase_.restore_vertex_face_flags();
   NativePairs native_pairs(*this, info);
   WorldQueries& queries = *detection_.queries_;
-  queries.process_pairs(broadphase_.soft_bodies(), PairGate(*this, *pair_cache, info), [&] {
-    pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info);
-    if (ContactDetection* contacts = queries.contacts.get())
-      contacts->drop_unread_face_trees(broadphase_.soft_bodies());
-  });
+  queries.process_pairs(broadphase_.soft_bodies(), PairGate(*this, *pair_cache, info),
+                        [&] { pair_cache->processAllOverlappingPairs(&native_pairs, dispatcher, info); });
   queries.read_contacts(broadphase_.soft_bodies(), broadphase_);
-  if (ContactDetection* contacts = queries.contacts.get()) {
-    contacts->hide_flags_of_endless_trees(broadphase_.soft_bodies());
+  for (btSoftBody* body : broadphase_.soft_bodies()) {
+    if (!queries.mirror.has(*body)) continue;
+    WorldMirror::Member& member = queries.mirror.member(*body);
+    replace_face_tree(*body, member.topology_changed, member.is_in_parts);
   }
   if (!std::exchange(queries.prevents_crossings_later, false)) warn_of_missing_end();
 }

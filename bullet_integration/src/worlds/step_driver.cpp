@@ -60,4 +60,8 @@ void DeformableStep::prevent_crossings(btScalar time_step) const {
   queries.prevent_crossings(bodies(), objects(), gate(), time_step);
 }
 
+void DeformableStep::place_ends() const {
+  if (queries.crossings.get() != nullptr) queries.crossings.get()->place_ends();
+}
+
 }  // namespace softcd::bullet

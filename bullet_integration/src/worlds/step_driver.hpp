@@ -97,6 +97,8 @@ class DeformableStep : public StepDriver {
   void find_soft_contacts() const;
   /// Runs the last pass. Bullet then moves the nodes.
   void prevent_crossings(btScalar time_step) const;
+  /// Corrects the rounding of that motion, right after it.
+  void place_ends() const;
   /// Runs when the nodes have moved.
   void end() const { queries.read_out.finish(broadphase()); }
 };

@@ -52,6 +52,8 @@ TEST(VertexStars, other_stars_have_no_ring) {
   EXPECT_TRUE(ring_of({}).empty());
   EXPECT_TRUE(ring_of({{{0, 1, 2}}, {{0, 3, 4}}}).empty()) << "two fans";
   EXPECT_TRUE(ring_of({{{0, 1, 2}}, {{0, 2, 3}}, {{0, 2, 4}}}).empty()) << "three triangles at an edge";
+  EXPECT_TRUE(ring_of({{{0, 1, 2}}, {{0, 2, 3}}, {{0, 3, 1}}, {{0, 1, 4}}}).empty())
+      << "three at an edge, in one walk along all of them";
   EXPECT_TRUE(ring_of({{{0, 1, 2}}, {{0, 2, 3}}, {{0, 3, 1}}, {{0, 4, 5}}, {{0, 5, 6}}, {{0, 6, 4}}}).empty())
       << "two closed fans";
   EXPECT_TRUE(ring_of({{{0, 1, 2}}, {{0, 2, 3}}, {{0, 3, 1}}, {{0, 4, 5}}}).empty()) << "a closed fan and an open one";

@@ -47,7 +47,7 @@ struct CrossingAnswers {
   std::uint64_t held_nodes = 0;  ///< nodes held where the step began, after impulses and common motion did not help
   /// Pairs of features that still cross: a massless or anchored node, or a moving rigid mesh, has met a node that
   /// cannot give way. The log names their bodies, by their numbers among the world's soft bodies, once until they
-  /// separate; if they part and meet again, less and less often. Pairs of two massless bodies are not tested.
+  /// have been separate for 64 steps. Pairs of two massless bodies are not tested.
   std::uint64_t unavoidable = 0;
   /// Pairs of features that were released, with EdgeContacts::respond: faces at them already intersect when the step
   /// begins. The log names their bodies as for `unavoidable`.
