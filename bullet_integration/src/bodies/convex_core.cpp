@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "BulletCollision/CollisionShapes/btConeShape.h"
@@ -177,22 +178,35 @@ bool ConvexCore::is_farthest(const btVector3& point, const btVector3& normal, do
   return true;
 }
 
-bool ConvexCore::is_pierced(const btVector3& point, const btVector3& normal) const {
-  const auto at = [this](std::uint32_t vertex) { return to_bullet(x_t0()[vertex]); };
-  btVector3 middle(0, 0, 0);
-  btScalar low = 0;
-  btScalar high = 0;
-  for (std::uint32_t i = 0; i < vertex_count(); ++i) {
-    middle += at(i) / btScalar(vertex_count());
-    low = btMin(low, normal.dot(at(i) - point));
-    high = btMax(high, normal.dot(at(i) - point));
+ConvexCore::Depth ConvexCore::depth_of(Vec3d point) const {
+  Vec3d middle{0, 0, 0};
+  for (const Vec3d& corner : x_t0()) middle = middle + (1.0 / static_cast<double>(x_t0().size())) * corner;
+  Depth nearest = {false, std::numeric_limits<double>::infinity(), {0, 0, 0}};
+  for (const Triangle& triangle : triangles_) {
+    const Vec3d corner = x_t0()[triangle.v[0]];
+    const Vec3d across = cross(x_t0()[triangle.v[1]] - corner, x_t0()[triangle.v[2]] - corner);
+    const double twice_area = std::sqrt(squared_norm(across));
+    if (!(twice_area > 0)) continue;
+    const double height = dot(across, corner - middle);
+    // A flat core has no inside.
+    if (!(std::abs(height) > 1e-9 * std::pow(twice_area, 1.5))) return {};
+    const Vec3d normal = ((height < 0 ? -1.0 : 1.0) / twice_area) * across;
+    const double depth = dot(normal, corner - point);
+    if (!(depth > 0)) return {};
+    if (depth < nearest.depth) nearest = {true, depth, normal};
   }
-  if (-low >= high) return false;
-  return std::all_of(triangles_.begin(), triangles_.end(), [&](const Triangle& triangle) {
-    const btVector3 corner = at(triangle.v[0]);
-    const btVector3 across = (at(triangle.v[1]) - corner).cross(at(triangle.v[2]) - corner);
-    return across.dot(point - corner) * across.dot(middle - corner) > 0;
-  });
+  return nearest.is_inside ? nearest : Depth{};
+}
+
+bool ConvexCore::is_pierced(const btVector3& point, const btVector3& normal) const {
+  double low = 0;
+  double high = 0;
+  for (const Vec3d& corner : x_t0()) {
+    const double along = dot(to_doubles(normal), corner - to_doubles(point));
+    low = std::min(low, along);
+    high = std::max(high, along);
+  }
+  return -low < high && depth_of(to_doubles(point)).is_inside;
 }
 
 }  // namespace softcd::bullet

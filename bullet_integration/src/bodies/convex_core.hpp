@@ -25,6 +25,14 @@ class ConvexCore : public RigidShape {
   /// the object cannot be touched there from that side. Allows a hundredth of the distance from `point`, and the last
   /// digits of single precision, which contacts' weights and times have, as rounding. `point` may itself be a vertex.
   bool is_farthest(const btVector3& point, const btVector3& normal, double time) const;
+  /// The depth of a point in a core, and the normal of the nearest face.
+  struct Depth {
+    bool is_inside = false;
+    double depth = 0;
+    Vec3d normal{0, 0, 0};  ///< out of the core
+  };
+  /// Returns the depth at the start of the step.
+  Depth depth_of(Vec3d point) const;
   /// Returns whether the point is inside the core at the start of the step, and nearer to the core's end against
   /// `normal` than to the one along it.
   bool is_pierced(const btVector3& point, const btVector3& normal) const;

@@ -1,13 +1,12 @@
 #include "questions/contact_test.hpp"
 
 #include <algorithm>
-#include <deque>
 #include <utility>
 
 #include "BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h"
+#include "BulletCollision/CollisionShapes/btConcaveShape.h"
 #include "BulletCollision/NarrowPhaseCollision/btManifoldPoint.h"
 #include "bodies/vectors.hpp"
-#include "questions/rigid_surface.hpp"
 #include "softcd/bullet/world_probe.hpp"
 
 namespace softcd::bullet {
@@ -60,23 +59,31 @@ void tell(const ReportedSide& a, const ReportedSide& b, Vec3d normal, double dis
 struct Part {
   BodyId id;
   btCollisionObject* object;
-  const WorldMirror::Member* soft;  ///< null for a rigid part
-  const RigidSurface* surface;      ///< null for a soft body
+  double margin;
+  const WorldMirror::Member* soft = nullptr;  ///< null for a rigid part
+  const RigidShape* rigid = nullptr;          ///< null for a soft body
+  const ConvexCore* core = nullptr;           ///< null unless `rigid` is convex
 
-  Vec3d vertex(std::uint32_t v) const { return soft != nullptr ? soft->place(v, kPresentEnds.end) : surface->x()[v]; }
-  double margin() const {
-    return double(soft != nullptr ? object->getCollisionShape()->getMargin() : surface->margin());
+  Vec3d vertex(std::uint32_t v) const { return soft != nullptr ? soft->place(v, kPresentEnds.end) : rigid->x_t0()[v]; }
+  ConvexCore::Depth depth_of(Vec3d point) const {
+    return core != nullptr ? core->depth_of(point) : ConvexCore::Depth();
+  }
+  /// Returns whether these vertices are joined by an edge, not by a diagonal of a face of a core.
+  bool is_edge(const std::uint32_t* vertices) const {
+    return core == nullptr || core->is_edge(vertices[0], vertices[1]);
   }
 };
 
 class ContactTest {
  public:
   ContactTest(WorldMirror& bodies, btCollisionObject& object, ContactCallback& callback)
-      : bodies_(bodies), object_(object), callback_(callback), threshold_(callback.m_closestDistanceThreshold) {}
+      : bodies_(bodies), object_(object), callback_(callback), threshold_(callback.m_closestDistanceThreshold) {
+    bodies.rigid().cores.begin_step();
+    bodies.rigid().meshes.begin_step();
+  }
   ~ContactTest() {
-    for (const Part& part : parts_) {
-      if (part.surface != nullptr) bodies_.scene().remove_body(part.id);
-    }
+    bodies_.rigid().cores.clear();
+    bodies_.rigid().meshes.clear();
   }
   ContactTest(const ContactTest&) = delete;
   ContactTest& operator=(const ContactTest&) = delete;
@@ -85,7 +92,8 @@ class ContactTest {
 
  private:
   void take(btCollisionObject& object, const Bounds& box);
-  BodySettings settings_of(const btCollisionObject& object, btScalar margin) const;
+  void take(btSoftBody& soft);
+  btScalar margin_in_scene(const btCollisionObject& object, btScalar margin) const;
   std::vector<BodyPair> pairs() const;
   const Part& part(BodyId id) const;
   void report(const Contact& contact);
@@ -97,7 +105,6 @@ class ContactTest {
   ContactCallback& callback_;
   btScalar threshold_;
   bool is_with_itself_ = false;
-  std::deque<RigidSurface> surfaces_;
   std::vector<Part> parts_;  ///< parts of `object_` come first
 };
 
@@ -123,44 +130,56 @@ void ContactTest::run(const std::vector<btCollisionObject*>& others) {
   for (const Contact& contact : query.detect()) report(contact);
   for (const Part& soft : parts_) {
     for (const Part& rigid : parts_) {
-      if (soft.soft != nullptr && rigid.surface != nullptr) report_nodes_inside(soft, rigid);
+      if (soft.soft != nullptr && rigid.core != nullptr) report_nodes_inside(soft, rigid);
     }
   }
 }
 
-/// Puts the object into the scene.
+/// Puts the object into the scene: of meshes the triangles that `box` overlaps.
 void ContactTest::take(btCollisionObject& object, const Bounds& box) {
-  Scene& scene = bodies_.scene();
   if (btSoftBody* const soft = btSoftBody::upcast(&object)) {
-    if (soft->m_nodes.size() == 0) return;
-    const WorldMirror::Member& member = bodies_.require(*soft, /*needs_way=*/false);
-    scene.set_settings(member.id, settings_of(object, soft->getCollisionShape()->getMargin()));
-    parts_.push_back({member.id, &object, &member, nullptr});
+    if (soft->m_nodes.size() > 0) take(*soft);
     return;
   }
-  for (RigidSurface& surface : rigid_surfaces(object, box)) {
-    surfaces_.push_back(std::move(surface));
-    const RigidSurface& kept = surfaces_.back();
-    const auto vertex_count = static_cast<std::uint32_t>(kept.x().size());
-    parts_.push_back({BodyId(), &object, nullptr, &kept});
-    try {
-      parts_.back().id = scene.add_body({kept.triangles(), vertex_count, settings_of(object, kept.margin())});
-    } catch (...) {
-      parts_.pop_back();
-      throw;
+  RigidMirror& rigid = bodies_.rigid();
+  int number = 0;
+  const auto add = [&](const btCollisionShape& shape, const btTransform& place) {
+    const RigidKey key(BodyKey(object), nullptr, number++, 0);
+    const RigidPoses poses = {place, place};
+    if (shape.isConvex()) {
+      const auto& convex = static_cast<const btConvexShape&>(shape);
+      const btScalar margin = convex.getMarginNonVirtual();
+      const auto& part = rigid.cores.require(key, object, margin_in_scene(object, margin), /*has_edges=*/true, poses,
+                                             [&](ConvexCore& core) { return core.read(convex); });
+      parts_.push_back({part.id, &object, double(margin), nullptr, &part.shape, &part.shape});
+    } else if (shape.isConcave() && shape.getShapeType() != STATIC_PLANE_PROXYTYPE) {
+      const auto& concave = static_cast<const btConcaveShape&>(shape);
+      const btScalar margin = concave.getMargin();
+      const std::vector<Bounds> boxes = {box_in_shape(box.grown(margin), poses)};
+      const auto& part = rigid.meshes.require(key, object, margin_in_scene(object, margin), /*has_edges=*/true, poses,
+                                              [&](RigidMesh& mesh) { return mesh.read(concave, boxes); });
+      parts_.push_back({part.id, &object, double(margin), nullptr, &part.shape});
     }
-    scene.set_positions(parts_.back().id, kept.x());
-  }
+    return false;
+  };
+  any_simple_shape(*object.getCollisionShape(), object.getWorldTransform(), add);
 }
 
-/// Returns the object's settings. The threshold is added to the margin of one side only.
-BodySettings ContactTest::settings_of(const btCollisionObject& object, btScalar margin) const {
-  const double share = is_with_itself_ ? 0.5 : (&object == &object_ ? 1.0 : 0.0);
+void ContactTest::take(btSoftBody& soft) {
+  const WorldMirror::Member& member = bodies_.require(soft, /*needs_way=*/false);
+  const btScalar margin = soft.getCollisionShape()->getMargin();
   BodySettings settings;
-  settings.margin = static_cast<float>(std::max(0.0, double(margin)) + share * std::max(0.0, double(threshold_)));
+  settings.margin = static_cast<float>(margin_in_scene(soft, margin));
   settings.features = {/*vertex_triangle=*/true, /*edge_edge=*/true};
   settings.self_collision = is_with_itself_;
-  return settings;
+  bodies_.scene().set_settings(member.id, settings);
+  parts_.push_back({member.id, &soft, double(margin), &member});
+}
+
+/// Adds the threshold to the margin of one side only.
+btScalar ContactTest::margin_in_scene(const btCollisionObject& object, btScalar margin) const {
+  const btScalar share = is_with_itself_ ? btScalar(0.5) : btScalar(&object == &object_ ? 1 : 0);
+  return btMax(btScalar(0), margin) + share * btMax(btScalar(0), threshold_);
 }
 
 std::vector<BodyPair> ContactTest::pairs() const {
@@ -202,16 +221,13 @@ ReportedSide reported_side(const Contact& contact, const Part& part, int begin, 
 void ContactTest::report(const Contact& contact) {
   const Part& a = part(contact.body_a);
   const Part& b = part(contact.body_b);
-  const double distance = double(contact.distance) - a.margin() - b.margin();
+  const double distance = double(contact.distance) - a.margin - b.margin;
   if (!(distance <= double(threshold_))) return;
   const bool is_edges = contact.kind == ContactKind::edge_edge;
   const auto& v = contact.vertices;
-  if (is_edges && ((a.surface != nullptr && !a.surface->is_edge(v[0], v[1])) ||
-                   (b.surface != nullptr && !b.surface->is_edge(v[2], v[3])))) {
-    return;
-  }
+  if (is_edges && !(a.is_edge(v) && b.is_edge(v + 2))) return;
   // report_nodes_inside() reports nodes inside a core, with the nearest face.
-  if (!is_edges && b.surface != nullptr && b.surface->depth_of(a.vertex(v[0])).is_inside) return;
+  if (!is_edges && b.depth_of(a.vertex(v[0])).is_inside) return;
   const int middle = is_edges ? 2 : 1;
   tell_in_order(reported_side(contact, a, 0, middle), reported_side(contact, b, middle, 4),
                 vec3_cast<double>(contact.normal), distance);
@@ -223,9 +239,9 @@ void ContactTest::report_nodes_inside(const Part& soft, const Part& rigid) {
   for (int node = 0; node < body.m_nodes.size(); ++node) {
     const btVector3& x = body.m_nodes[node].m_x;
     if (!box.overlaps({x, x})) continue;
-    const RigidSurface::Depth depth = rigid.surface->depth_of(to_doubles(x));
+    const ConvexCore::Depth depth = rigid.depth_of(to_doubles(x));
     if (!depth.is_inside) continue;
-    const double distance = -depth.depth - soft.margin() - rigid.margin();
+    const double distance = -depth.depth - soft.margin - rigid.margin;
     if (!(distance <= double(threshold_))) continue;
     const Vec3d surface_point = to_doubles(x) + depth.depth * depth.normal;
     tell_in_order({soft.object, kNodePart, node, to_doubles(x)}, {rigid.object, -1, -1, surface_point}, depth.normal,

@@ -6,9 +6,6 @@
 #include <optional>
 #include <utility>
 
-#include "BulletDynamics/Dynamics/btRigidBody.h"
-#include "BulletDynamics/Featherstone/btMultiBody.h"
-#include "BulletDynamics/Featherstone/btMultiBodyLinkCollider.h"
 #include "BulletSoftBody/btDeformableBodySolver.h"
 #include "bodies/body_mesh.hpp"
 #include "read_out/one_by_one.hpp"
@@ -18,21 +15,6 @@ namespace {
 
 using Impulses = std::vector<ContactImpulses::Impulse>;
 using Node = btSoftBody::Node;
-
-/// Returns whether the base is free, or a joint on the way to it can move.
-bool is_moved_by_impulses(const btMultiBodyLinkCollider& collider) {
-  const btMultiBody& body = *collider.m_multiBody;
-  for (int link = collider.m_link; link >= 0; link = body.getLink(link).m_parent) {
-    if (body.getLink(link).m_dofCount > 0) return true;
-  }
-  return !body.hasFixedBase();
-}
-
-bool is_moved_by_impulses(const btCollisionObject& object) {
-  if (const btRigidBody* rigid = btRigidBody::upcast(&object)) return rigid->getInvMass() > 0;
-  const btMultiBodyLinkCollider* link = btMultiBodyLinkCollider::upcast(&object);
-  return link != nullptr && is_moved_by_impulses(*link);
-}
 
 /// Calls visit(node, change of its velocity by the constraint's impulses) for each node with mass.
 template <class Visit>

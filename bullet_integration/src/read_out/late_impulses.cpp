@@ -11,24 +11,17 @@ namespace {
 /// Number of rounds, since a node may have several contacts.
 constexpr int kRounds = 4;
 
-/// Adds each contact's impulse to `impulses`, unless that is null.
-void solve_once(btSoftBody& body, std::vector<ContactImpulses::Impulse>* impulses) {
-  if (impulses == nullptr) {
-    btSoftBody::PSolve_RContacts(&body, 1, 0);
-    return;
-  }
-  for (int i = 0; i < body.m_rcontacts.size(); ++i) {
-    with_single_entry(body.m_rcontacts, i, [&](const btSoftBody::RContact& contact) {
-      (*impulses)[static_cast<std::size_t>(i)] += solve_rigid_contact_alone(body, contact, 0);
-    });
-  }
-}
-
-/// `before` has capacity for the body's nodes.
+/// Adds each contact's impulse to `impulses`, unless that is null. `before` has capacity for the body's nodes.
 void solve_contacts(btSoftBody& body, std::vector<btVector3>& before, std::vector<ContactImpulses::Impulse>* impulses) {
   before.clear();
   for (int i = 0; i < body.m_nodes.size(); ++i) before.push_back(body.m_nodes[i].m_x);
-  for (int round = 0; round < kRounds; ++round) solve_once(body, impulses);
+  for (int round = 0; round < kRounds; ++round) {
+    if (impulses != nullptr) {
+      solve_rigid_contacts(body, 0, *impulses);
+    } else {
+      btSoftBody::PSolve_RContacts(&body, 1, 0);
+    }
+  }
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     btSoftBody::Node& node = body.m_nodes[i];
     node.m_v += (node.m_x - before[static_cast<std::size_t>(i)]) * body.m_sst.isdt;

@@ -15,7 +15,7 @@ void with_single_entry(btAlignedObjectArray<Entry>& array, int i, Visit visit) {
   Entry* const entries = &array[0];
   if (i > 0) btSwap(entries[0], entries[i]);
   array.resizeNoInitialize(1);
-  visit(static_cast<const Entry&>(entries[0]));
+  visit(entries[0]);
   array.resizeNoInitialize(count);
   if (i > 0) btSwap(entries[0], entries[i]);
 }
@@ -40,9 +40,12 @@ ContactImpulses::Impulse measured_impulse(const SoftEntry& entry, btVector3 btSo
   return impulse;
 }
 
-/// Solves the only contact of a body with a rigid object, and returns the impulses on the node and on the object. A
-/// node without mass gets none. An object that no impulse moves gets the opposite of the node's.
-ContactImpulses::Impulse solve_rigid_contact_alone(btSoftBody& body, const btSoftBody::RContact& contact,
-                                                   btScalar progress);
+/// Returns whether impulses can move the object: a rigid body with mass, or a multibody's link whose base is free or
+/// which a joint on the way to the base can move.
+bool is_moved_by_impulses(const btCollisionObject& object);
+
+/// Solves the body's contacts with rigid objects by PSolve_RContacts, and adds their impulses on nodes and objects to
+/// `impulses`. A node without mass gets none. An object that no impulse moves gets the opposite of the node's.
+void solve_rigid_contacts(btSoftBody& body, btScalar progress, std::vector<ContactImpulses::Impulse>& impulses);
 
 }  // namespace softcd::bullet

@@ -22,18 +22,13 @@ class StateKept {
  public:
   explicit StateKept(Span<btSoftBody* const> bodies) {
     for (btSoftBody* body : bodies) {
-      for (Node& node : span_of(body->m_nodes)) nodes_.push_back({&node, node.m_x, node.m_q, node.m_v, node.m_f});
+      for (const NodePosition member : kChanged) values_.push_back({body, member, values_of(*body, member)});
       for (const btSoftBody::RContact& contact : span_of(body->m_rcontacts)) keep(*contact.m_cti.m_colObj);
       for (const btSoftBody::Anchor& anchor : span_of(body->m_anchors)) keep(*anchor.m_body);
     }
   }
   ~StateKept() {
-    for (const NodeState& state : nodes_) {
-      state.node->m_x = state.x;
-      state.node->m_q = state.q;
-      state.node->m_v = state.v;
-      state.node->m_f = state.f;
-    }
+    for (const auto& [body, member, values] : values_) set_values(*body, member, values);
     for (const auto& [body, state] : rigid_) {
       body->setLinearVelocity(state.linear);
       body->setAngularVelocity(state.angular);
@@ -46,9 +41,11 @@ class StateKept {
   StateKept& operator=(const StateKept&) = delete;
 
  private:
-  struct NodeState {
-    Node* node;
-    btVector3 x, q, v, f;
+  static constexpr NodePosition kChanged[] = {&Node::m_x, &Node::m_q, &Node::m_v, &Node::m_f};
+  struct Values {
+    btSoftBody* body;
+    NodePosition member;
+    std::vector<btVector3> values;
   };
   struct RigidState {
     btVector3 linear, angular;
@@ -63,7 +60,7 @@ class StateKept {
     }
   }
 
-  std::vector<NodeState> nodes_;
+  std::vector<Values> values_;
   std::unordered_map<btRigidBody*, RigidState> rigid_;
   std::unordered_map<btMultiBody*, std::vector<btScalar>> multibodies_;
 };
@@ -128,7 +125,7 @@ class BodySolver {
     if (kind == btSoftBody::ePSolver::SContacts) {
       for (int i = 0; i < body_.m_scontacts.size(); ++i) solve_soft_contact(i, progress);
     } else if (kind == btSoftBody::ePSolver::RContacts) {
-      for (int i = 0; i < body_.m_rcontacts.size(); ++i) solve_rigid_contact(i, progress);
+      solve_rigid_contacts(body_, progress, rigid_);
     } else {
       btSoftBody::getSolver(kind)(&body_, 1, progress);
     }
@@ -136,20 +133,9 @@ class BodySolver {
 
   void solve_soft_contact(int i, btScalar progress) {
     with_single_entry(body_.m_scontacts, i, [&](const btSoftBody::SContact& contact) {
-      add(soft_, i, measured_impulse(contact, &Node::m_x, body_.m_sst.isdt, [&] {
-            btSoftBody::PSolve_SContacts(&body_, 1, progress);
-          }));
+      soft_[static_cast<std::size_t>(i)] += measured_impulse(
+          contact, &Node::m_x, body_.m_sst.isdt, [&] { btSoftBody::PSolve_SContacts(&body_, 1, progress); });
     });
-  }
-
-  void solve_rigid_contact(int i, btScalar progress) {
-    with_single_entry(body_.m_rcontacts, i, [&](const btSoftBody::RContact& contact) {
-      add(rigid_, i, solve_rigid_contact_alone(body_, contact, progress));
-    });
-  }
-
-  static void add(Impulses& impulses, int i, const ContactImpulses::Impulse& more) {
-    impulses[static_cast<std::size_t>(i)] += more;
   }
 
   btSoftBody& body_;

@@ -17,9 +17,8 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 
 /// A difference between an attached world and softcd's own world of that kind.
 enum class Limit : std::uint32_t {
-  updates_trees,                    ///< Bullet still updates trees that are never read
-  ends_steps_late,                  ///< see Attachment::finish_step()
-  no_impulses_between_soft_bodies,  ///< never reported: these impulses are known
+  updates_trees,    ///< Bullet still updates trees that are never read
+  ends_steps_late,  ///< see Attachment::finish_step()
   /// Bullet alone finds contacts with rigid meshes and convex shapes, whatever the settings are.
   leaves_rigid_meshes,
 };
