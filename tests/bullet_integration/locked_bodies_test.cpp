@@ -107,7 +107,7 @@ TEST_P(LockedBodies, are_named_once_and_nothing_else_is_let_go_with_them) {
 }
 
 // Bodies that part and meet all the time must not fill the log.
-TEST_P(LockedBodies, that_keep_parting_and_meeting_are_named_once) {
+TEST_P(LockedBodies, that_part_and_meet_again_and_again_are_named_once) {
   lock_two();
   const auto positions_of = [](const btSoftBody& body) {
     std::vector<btVector3> x;

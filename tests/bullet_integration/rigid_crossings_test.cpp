@@ -374,6 +374,21 @@ TEST_P(FreeMeshes, that_are_heavy_do_not_pass_a_held_cloth) {
   EXPECT_EQ(most_edges, 0U);
 }
 
+// Bullet moves the box through the ground. The cloth between the two meshes has no place to go.
+TEST_P(FreeMeshes, press_no_cloth_through_the_ground) {
+  btTriangleMesh ground;
+  for (const auto& [a, b, c] : hills(2)) ground.addTriangle(a, b, c);
+  simulation.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&ground, /*quantised=*/true), btVector3(0, -1, 0));
+  btSoftBody& cloth = add_cloth(0);
+  add_free_box(btVector3(1, 1, 1) * btScalar(0.2), btScalar(0.5), 5);
+  for (int i = 0; i < 60; ++i) step();
+  rigid->setLinearVelocity(btVector3(0, -40, 0));
+  for (int i = 0; i < 30; ++i) step();
+  EXPECT_GT(mean_height(cloth), btScalar(-1.4)) << "the ground holds it";
+  EXPECT_GT(rigid->getWorldTransform().getOrigin().y(), btScalar(-1.4)) << "the cloth holds it";
+  expect_none_through();
+}
+
 class RigidMeshesOff : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, RigidMeshesOff, kLookingWorlds, world_name);
 

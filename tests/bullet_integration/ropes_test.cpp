@@ -170,10 +170,12 @@ TEST_P(Ropes, hang_over_the_edge_of_a_rigid_mesh) {
     if (edge_contacts == EdgeContacts::respond) {
       EXPECT_TRUE(has_touched);
       EXPECT_GT(lowest, kMargin / 2);
-      EXPECT_LT(rope.m_nodes[0].m_x.y(), -0.1) << "its ends hang down";
+    } else if (GetParam() == World::dispatcher) {
+      EXPECT_LT(lowest, -0.05) << "nothing holds it";
     } else {
-      EXPECT_LT(lowest, -0.05);
+      EXPECT_GE(lowest, 0) << "the last pass holds it, without a margin";
     }
+    EXPECT_LT(rope.m_nodes[0].m_x.y(), -0.1) << "its ends hang down";
   }
 }
 

@@ -65,6 +65,11 @@ RigidProxies::Piece& RigidProxies::require(const RigidKey& key, const btCollisio
   return piece;
 }
 
+void RigidProxies::hold(Piece& piece, const btTransform& start) const {
+  piece.part.shape.place({start, start});
+  place(piece, /*time_step=*/0);
+}
+
 void RigidProxies::place(Piece& piece, btScalar time_step) const {
   btSoftBody& body = *piece.body;
   const RigidMesh& mesh = piece.part.shape;

@@ -155,6 +155,8 @@ class RigidProxies {
   /// The first `world_info` stays the body's.
   Piece& require(const RigidKey& key, const btCollisionObject& object, const std::vector<Bounds>& boxes,
                  const RigidPoses& poses, btScalar time_step, btSoftBodyWorldInfo& world_info);
+  /// Keeps the piece where the step begins.
+  void hold(Piece& piece, const btTransform& start) const;
   void clear();
 
   /// Returns the proxies of the last step and of this one.

@@ -1,6 +1,5 @@
 #include "contacts/joint_margin.hpp"
 
-#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -21,6 +20,9 @@ btVector3 apart(const SContact& contact, btVector3 Node::*position) {
 class Turns {
  public:
   explicit Turns(Span<const SContact> several) {
+    turns_.reserve(several.size());
+    nodes_.reserve(1 + 3 * several.size());
+    places_.reserve(1 + 3 * several.size());
     places_.push_back(several[0].m_node->m_x);
     nodes_.push_back(several[0].m_node);
     for (const SContact& contact : several) {
@@ -57,15 +59,15 @@ class Turns {
     std::array<std::size_t, 3> corners;  ///< in places_
   };
 
-  /// Searches linearly, as a node's contacts have few nodes.
+  /// Searches linearly, as a node's contacts have few nodes. Begins with the last ones, because faces with consecutive
+  /// numbers are often neighbours.
   std::size_t place_of(const Node& node) {
-    const auto found = std::find(nodes_.begin(), nodes_.end(), &node);
-    const auto place = static_cast<std::size_t>(found - nodes_.begin());
-    if (found == nodes_.end()) {
-      nodes_.push_back(&node);
-      places_.push_back(node.m_x);
-    }
-    return place;
+    std::size_t behind = nodes_.size();
+    while (behind > 0 && nodes_[behind - 1] != &node) --behind;
+    if (behind > 0) return behind - 1;
+    nodes_.push_back(&node);
+    places_.push_back(node.m_x);
+    return nodes_.size() - 1;
   }
 
   btVector3 apart_now(const Turn& turn) const {

@@ -111,7 +111,15 @@ void CrossingPrevention::note_meeting(const Impact& impact) {
   }
 }
 
+/// Holds the rigid bodies of the impacts where the step began. Returns false if all of them are held already.
+bool CrossingPrevention::hold_rigid_bodies(const std::vector<Impact>& impacts) {
+  bool has_held = false;
+  for (const Impact& impact : impacts) has_held |= impact.rigid != nullptr && obstacles_.hold(*impact.rigid);
+  return has_held;
+}
+
 void CrossingPrevention::take_back() {
+  obstacles_.release_held();
   for (const auto& [body, before] : answered_) {
     set_values(*body, &btSoftBody::Node::m_v, before.velocities);
     set_values(*body, &btSoftBody::Node::m_splitv, before.split_velocities);
@@ -145,10 +153,11 @@ bool CrossingPrevention::moves_out(const MemberContact& found) const {
              found, [this](const btSoftBody& body) -> const auto& { return obstacles_.object_of(body); });
 }
 
-/// Links of ropes get responses only with EdgeContacts::respond.
+/// Links of ropes get responses to other soft bodies only with EdgeContacts::respond, to rigid meshes always.
 bool CrossingPrevention::is_of_unanswered_link(const MemberContact& found) const {
   return found.contact.kind == ContactKind::edge_edge && settings_.edge_contacts != EdgeContacts::respond &&
-         !(found.a.mesh.segments.empty() && found.b.mesh.segments.empty());
+         !(found.a.mesh.segments.empty() && found.b.mesh.segments.empty()) &&
+         !(obstacles_.has(*found.a.body) || obstacles_.has(*found.b.body));
 }
 
 /// Returns whether the features touch at the start and stay untangled: they may separate, slide or stay. Features that
@@ -286,7 +295,8 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
     } else if (gaps < kMostGaps && held.empty() &&
                set_apart(impacts, kind_.passing_velocity, kLeastGap * btPow(kGapGrowth, btScalar(gaps)), time_step)) {
       ++gaps;
-    } else if (answers_.rounds < kind_.rounds.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) {
+    } else if ((answers_.rounds < kind_.rounds.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) &&
+               !hold_rigid_bodies(impacts)) {
       break;
     }
     ++answers_.rounds;
@@ -298,6 +308,7 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
   if (kind_.finish(answered_, answered, zones, time_step)) {
     for (const auto& [body, before] : answered_) ends_.emplace_back(body, values_of(*body, kind_.ends.end));
   }
+  obstacles_.stop_held();
   for (const auto& [body, before] : answered_) add_gain(*body, before, answers_);
 }
 

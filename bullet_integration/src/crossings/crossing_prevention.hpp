@@ -18,15 +18,16 @@ namespace softcd::bullet {
 
 /// Last pass of a step with continuous detection. Changes the nodes' end positions until no node crosses a face on its
 /// straight path. If edge contacts get responses, no edge crosses an edge either. Margins do not count. Rigid triangle
-/// meshes are obstacles, whose paths the pass does not change. Those with mass get the opposite impulses. With discrete
-/// detection the pass prevents crossings with obstacles, including those of their edges, and crossings of soft bodies
-/// that the pass has moved, with others and with themselves.
+/// meshes are obstacles. Those with mass get the opposite impulses. With discrete detection the pass prevents crossings
+/// with obstacles, including those of their edges, and crossings of soft bodies that the pass has moved, with others
+/// and with themselves.
 ///
 /// Impulses come first, then impact zones, which move as rigid bodies. Then small gaps separate features that zones
 /// leave within the rounding of positions. Nodes that still meet stay where the step began, because nothing crossed
-/// anything there. More and more nodes around them stay, until nothing meets. Each later query tests only pairs with a
-/// changed body: the other pairs have not moved since they were found free of crossings. Owned by WorldQueries, which
-/// calls run() after Bullet's solver.
+/// anything there. More and more nodes around them stay, until nothing meets. A rigid mesh with mass stays there, too,
+/// and stops, if nodes cannot make way for it. Each later query tests only pairs with a changed body: the other pairs
+/// have not moved since they were found free of crossings. Owned by WorldQueries, which calls run() after Bullet's
+/// solver.
 class CrossingPrevention {
  public:
   using Kind = CrossingsOfKind;
@@ -84,6 +85,7 @@ class CrossingPrevention {
   void take_up(Impact& impact, btScalar time_step);
   void take_up(btSoftBody& body, btScalar time_step);
   void note_meeting(const Impact& impact);
+  bool hold_rigid_bodies(const std::vector<Impact>& impacts);
   void take_back();
   void update_positions(const HeldNodes& held, btScalar time_step);
   void count_unavoidable(const std::vector<Impact>& impacts);

@@ -42,6 +42,7 @@ void RigidObstacles::begin_step(Span<btSoftBody* const> bodies, const Surroundin
   proxies_.begin_step();
   partners_.clear();
   meshes_.clear();
+  held_.clear();
   surroundings_ = surroundings;
   time_step_ = time_step;
   if (surroundings.objects == nullptr) return;
@@ -79,13 +80,42 @@ void RigidObstacles::add_piece(Mesh& mesh, const std::vector<Reach>& reaches) {
   boxes.reserve(reaches.size());
   for (const Reach& reach : reaches) boxes.push_back(reach.box);
   const RigidKey key(BodyKey(*way.object), way.shape, way.child, static_cast<int>(mesh.pieces.size()));
-  const RigidProxies::Piece& piece =
+  RigidProxies::Piece& piece =
       proxies_.require(key, *way.object, boxes, way.poses, time_step_, *reaches.front().body->getWorldInfo());
   mesh.pieces.push_back(&piece);
   if (piece.part.shape.triangles().empty()) return;
   mirror_.require(*piece.body, /*needs_way=*/true);
   Partners& partners = partners_[piece.body.get()];
   for (const Reach& reach : reaches) partners.insert(reach.body);
+}
+
+bool RigidObstacles::hold(btRigidBody& body) {
+  if (!held_.emplace(&body, body.getWorldTransform()).second) return false;
+  for (Mesh& mesh : meshes_) {
+    MeshWay& way = mesh.way;
+    if (way.object != &body) continue;
+    body.proceedToTransform(way.object_start);
+    way.poses.t1 = way.poses.t0;
+    way.box = bounds_of(*way.shape, way.poses.t0);
+    for (RigidProxies::Piece* piece : mesh.pieces) {
+      proxies_.hold(*piece, way.poses.t0);
+      if (has(*piece->body)) mirror_.update_way(mirror_.member(*piece->body));
+    }
+  }
+  return true;
+}
+
+void RigidObstacles::stop_held() const {
+  for (const auto& [body, end] : held_) {
+    body->setLinearVelocity(btVector3(0, 0, 0));
+    body->setAngularVelocity(btVector3(0, 0, 0));
+    body->proceedToTransform(body->getWorldTransform());
+  }
+}
+
+void RigidObstacles::release_held() {
+  for (const auto& [body, end] : held_) body->proceedToTransform(end);
+  held_.clear();
 }
 
 void RigidObstacles::end_step() {

@@ -43,6 +43,12 @@ class RigidObstacles {
   void begin_step(Span<btSoftBody* const> bodies, const Surroundings& surroundings, btScalar time_step);
   /// Adds the pieces that the bodies can meet on their changed paths.
   void follow(Span<btSoftBody* const> bodies);
+  /// Puts the rigid body back where the step began, for good in this step. Returns false if that was done before.
+  bool hold(btRigidBody& body);
+  /// Stops the held bodies: what they met in this step cannot give way.
+  void stop_held() const;
+  /// Undoes hold().
+  void release_held();
   void end_step();
 
  private:
@@ -50,7 +56,7 @@ class RigidObstacles {
   /// A mesh of this step, with its pieces. It needs further ones if bodies are moved beyond the first one.
   struct Mesh {
     MeshWay way;
-    std::vector<const RigidProxies::Piece*> pieces = {};
+    std::vector<RigidProxies::Piece*> pieces = {};
   };
   struct Reach {
     btSoftBody* body;
@@ -68,6 +74,7 @@ class RigidObstacles {
   Surroundings surroundings_;
   btScalar time_step_ = 0;
   std::vector<Mesh> meshes_;
+  std::unordered_map<btRigidBody*, btTransform> held_;  ///< with the ends of their paths without responses
 };
 
 }  // namespace softcd::bullet

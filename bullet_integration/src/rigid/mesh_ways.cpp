@@ -39,14 +39,15 @@ void set_interpolation_velocity(btRigidBody& body, const btVector3& linear, cons
   body.setInterpolationAngularVelocity(angular);
 }
 
-void add_ways(btCollisionObject& object, const RigidPoses& poses, std::vector<MeshWay>& ways) {
+void add_ways(btCollisionObject& object, const btTransform& start, std::vector<MeshWay>& ways) {
+  const RigidPoses poses = {start, object.getWorldTransform()};
   int child = 0;
   const auto add = [&](const btCollisionShape& shape, const btTransform& place) {
     if (!is_triangle_mesh(shape)) return false;
     const RigidPoses of_shape = {poses.t0 * place, poses.t1 * place};
     Bounds box = bounds_of(shape, of_shape.t0);
     box.add(bounds_of(shape, of_shape.t1));
-    ways.push_back({&object, static_cast<const btConcaveShape*>(&shape), child++, of_shape, box});
+    ways.push_back({&object, static_cast<const btConcaveShape*>(&shape), child++, of_shape, box, start});
     return false;
   };
   any_simple_shape(*object.getCollisionShape(), btTransform::getIdentity(), add);
@@ -106,7 +107,7 @@ std::vector<MeshWay> MeshWays::find(const btCollisionObjectArray& objects) {
     if (!has_meshes(*object)) continue;
     const btTransform& end = object->getWorldTransform();
     const auto track = tracks_.find(BodyKey(*object));
-    add_ways(*object, {track != tracks_.end() ? track->second.start : end, end}, ways);
+    add_ways(*object, track != tracks_.end() ? track->second.start : end, ways);
     if (track != tracks_.end()) track->second.last = end;
   }
   return ways;

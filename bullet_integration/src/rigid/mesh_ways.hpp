@@ -18,7 +18,8 @@ struct MeshWay {
   const btConcaveShape* shape;
   int child;  ///< number of the mesh among the object's
   RigidPoses poses;
-  Bounds box;  ///< around both poses
+  Bounds box;                ///< around both poses
+  btTransform object_start;  ///< place of the object when the step began
 };
 
 /// The paths of a world's rigid triangle meshes in a step. Each path begins where the last one ended, so that paths

@@ -252,9 +252,9 @@ TYPED_TEST(PatchStages, have_no_part_in_pairs_of_escaped_triangles) {
     for (TriangleShape& shape : bounds.shapes) shape.flags &= ~kEscapedTriangle;
     for (const std::uint32_t t : escaped) bounds.shapes[t].flags |= kEscapedTriangle;
     const std::uint64_t count = escaped.size();
-    std::vector<Kdop18> groups(kMostEscaped / kEscapedGroup + 1);
+    std::vector<EscapedGroup> groups(kMostEscaped / kEscapedGroup + 1);
     const EscapedTriangles triangles{escaped.data(), &count};
-    const BoundEscaped bound{triangles, bounds.volumes.data(), groups.data()};
+    const BoundEscaped bound{triangles, scene.triangle_body, bounds.volumes.data(), groups.data()};
     for (std::uint32_t group = 0; group < groups.size(); ++group) bound(group);
     Collector<std::uint64_t> found;
     const TestKept<TypeParam::value> test_kept{test, pairs.data(), kEscapedTriangle};

@@ -408,9 +408,9 @@ class BroadPhaseStages {
   template <bool kSwept>
   void look_up_escaped() {
     const EscapedTriangles escaped{w_.kept.escaped.data(), &counters_->escaped};
-    Kdop18* const groups = w_.kept.escaped_groups.data();
+    EscapedGroup* const groups = w_.kept.escaped_groups.data();
     backend_.for_each("bound_escaped", Count{&counters_->all, kMostEscaped / kEscapedGroup},
-                      BoundEscaped{escaped, w_.volumes.data(), groups});
+                      BoundEscaped{escaped, scene_.triangle_body, w_.volumes.data(), groups});
     const LookUpEscaped<kSwept> look_up{pair_test<kSwept>(), escaped, groups};
     const auto look_up_all = [&] {
       backend_.for_each_append("look_up_escaped", triangles(), look_up, lists_.pairs.appender(counters_));

@@ -7,6 +7,7 @@
 
 #include "softcd/pipeline/lists.hpp"
 #include "softcd/stages/bounding_volumes.hpp"
+#include "softcd/stages/kept_pairs.hpp"
 
 /// The data that detections keep for later ones. pair_keeping.hpp decides what is kept and reused.
 namespace softcd {
@@ -107,7 +108,7 @@ struct KeptPairs {
   Buffer<KeptCounts> counts;
   // See LookUpEscaped:
   Buffer<std::uint32_t> escaped;
-  Buffer<Kdop18> escaped_groups;
+  Buffer<EscapedGroup> escaped_groups;
   Buffer<SceneBody> grown_bodies;  ///< with partner boxes that the slack has grown
   /// The bodies and pairs of the kept detection, on the host; see SceneView.
   std::vector<SceneBody> bodies;

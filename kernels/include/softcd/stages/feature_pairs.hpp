@@ -12,16 +12,15 @@
 
 namespace softcd {
 
-/// Number of bits set among the lowest three.
+/// Number of bits set among the lowest three. A table of the eight cases.
 SOFTCD_HD constexpr std::uint32_t count_bits3(std::uint32_t bits) {
-  return (bits & 1U) + ((bits >> 1) & 1U) + ((bits >> 2) & 1U);
+  return (0xE994U >> (2U * (bits & 7U))) & 3U;
 }
 
-/// Index of the n-th set bit (n from 0) among the lowest three, of which more than n are set.
+/// Index of the n-th set bit (n from 0) among the lowest three, of which more than n are set. A table of the eight
+/// cases, with three indices each.
 SOFTCD_HD constexpr int nth_bit3(std::uint32_t bits, std::uint32_t n) {
-  const std::uint32_t first = bits & 1U;
-  if (first > n) return 0;
-  return first + ((bits >> 1) & 1U) > n ? 1 : 2;
+  return static_cast<int>((0x909202101000ULL >> (6U * (bits & 7U) + 2U * n)) & 3U);
 }
 
 /// How near features have to be for a contact. Upper bounds: the narrow phase computes the margin itself.

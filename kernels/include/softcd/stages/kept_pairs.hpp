@@ -104,16 +104,25 @@ struct EscapedTriangles {
   const std::uint64_t* count;
 };
 
+/// What a group of escaped triangles has in common.
+struct EscapedGroup {
+  Kdop18 volume;          ///< around all of them
+  std::uint32_t classes;  ///< bits of their bodies' classes
+};
+
 /// Bounds a group of escaped triangles.
 struct BoundEscaped {
   EscapedTriangles escaped;
+  const std::uint32_t* triangle_body;
   const Kdop18* volumes;
-  Kdop18* groups;
+  EscapedGroup* groups;
 
   SOFTCD_HD void operator()(std::uint32_t group) const {
-    Kdop18 bounds = empty_kdop();
+    EscapedGroup bounds{empty_kdop(), 0U};
     for (std::uint32_t i = group * kEscapedGroup; i < (group + 1) * kEscapedGroup && i < *escaped.count; ++i) {
-      bounds = merged(bounds, volumes[escaped.triangles[i]]);
+      const std::uint32_t t = escaped.triangles[i];
+      bounds.volume = merged(bounds.volume, volumes[t]);
+      bounds.classes |= 1U << (triangle_body[t] % kBodyClasses);
     }
     groups[group] = bounds;
   }
@@ -124,15 +133,16 @@ template <bool kSwept>
 struct LookUpEscaped {
   PairTest<kSwept> test;
   EscapedTriangles escaped;
-  const Kdop18* groups;
+  const EscapedGroup* groups;
 
   template <class Pairs>
   SOFTCD_HD void operator()(std::uint32_t t, Pairs& pairs) const {
     const Kdop18& volume = test.volumes[t];
     if (is_empty(volume)) return;
     const bool has_escaped = (test.shapes[t].flags & kEscapedTriangle) != 0U;
+    const std::uint32_t touchable = test.touchable_classes(test.entry_of(t));
     for (std::uint32_t i = 0; i < *escaped.count; ++i) {
-      if (i % kEscapedGroup == 0 && !overlap(groups[i / kEscapedGroup], volume)) {
+      if (i % kEscapedGroup == 0 && !may_have_partners(groups[i / kEscapedGroup], touchable, volume)) {
         i += kEscapedGroup - 1;
         continue;
       }
@@ -140,6 +150,11 @@ struct LookUpEscaped {
       if (u == t || (has_escaped && t < u)) continue;
       if (may_touch_outside_cells<true>(test, smaller(t, u), larger(t, u))) pairs.push(pair_key(t, u));
     }
+  }
+
+ private:
+  static SOFTCD_HD bool may_have_partners(const EscapedGroup& group, std::uint32_t touchable, const Kdop18& volume) {
+    return (group.classes & touchable) != 0U && overlap(group.volume, volume);
   }
 };
 
