@@ -122,7 +122,7 @@ int run(CertifyCommand command) {
   if (written) {
     const std::string problem = difference(*written, text);
     if (!problem.empty()) {
-      throw std::runtime_error(fmt::format("{}: is not repeated: {}", command.check_file, problem));
+      throw std::runtime_error(fmt::format("{}: is not reproduced: {}", command.check_file, problem));
     }
     fmt::print("{}: repeated, byte for byte\n", command.check_file);
   }

@@ -15,8 +15,8 @@ CLI::Option* add_file(CLI::App& app, const std::string& name, std::string& file,
 
 void add_frames(CLI::App& app, DetectCommand& command) {
   add_file(app, "t0", command.first_frame,
-           "The mesh at the start of the step, PLY, OBJ or GLB. Alone, with --detection dcd: the one\n"
-           "frame to look at")
+           "The mesh at the start of the step, PLY, OBJ or GLB. Alone, with --detection dcd: the\n"
+           "only frame")
       ->required();
   add_file(app, "t1", command.second_frame, "The same triangles at the end of the step");
 }
@@ -31,8 +31,8 @@ void add_output_options(CLI::App& app, DetectCommand& command) {
            "and a triangle are vt,v,,f0,f1,f2, two edges are ee,e0,e1,g0,g1,. Vertices count from\n"
            "0; toi is the fraction of the step, distance in the positions' unit");
   add_choice(app, "--intersections", command.intersections,
-             "regions: in place of contacts, find where the last frame is through itself: curves, the regions\n"
-             "on the wrong side, and how far their vertices are from the way out");
+             "regions: in place of contacts, find where the last frame intersects itself: curves, the regions\n"
+             "on the wrong side, and how far their vertices have to move to come out");
   add_file(app, "--coloured", command.coloured_file,
            "With --intersections regions: write the last frame as PLY, with the regions in colours by their\n"
            "kind: closed red, loop_with_border orange, open blue, degenerate violet");

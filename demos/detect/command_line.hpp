@@ -11,7 +11,7 @@ namespace softcd::demo {
 /// The intersections that the program finds in place of contacts.
 enum class Intersections : std::uint32_t {
   off,
-  regions,  ///< where the last frame is through itself
+  regions,  ///< where the last frame intersects itself
 };
 
 struct DetectCommand {

@@ -37,7 +37,7 @@ Frames read_frames(const DetectCommand& command, ProgressLine& progress) {
   return frames;
 }
 
-/// Finds where the last frame is through itself.
+/// Finds where the last frame intersects itself.
 void find_regions(const DetectCommand& command, const Frames& frames, Scene& scene, BodyId body) {
   const mesh_tools::Mesh& last = frames.last();
   scene.set_positions(body, last.positions);

@@ -65,8 +65,8 @@ void BodyQuestions::prepare(Span<const ProbeBodies> asked, Span<const ProbedBody
   }
   if (item_count_ >= kMostElements) {
     throw InvalidInput(
-        fmt::format("{} pairs of bodies with {} triangles to look at are more than 2^31; ask in several.", asked.size(),
-                    item_count_));
+        fmt::format("{} pairs of bodies with {} triangles in all are more than 2^31; ask in several calls.",
+                    asked.size(), item_count_));
   }
 }
 

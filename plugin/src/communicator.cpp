@@ -74,7 +74,7 @@ Communicator::Communicator(int rank, int size, AllGather all_gather) {
   if (rank < 0 || rank >= size) {
     throw InvalidInput(fmt::format("rank is {} of {}; ranks count from 0.", rank, size));
   }
-  if (!all_gather) throw InvalidInput("all_gather is empty; give a function that does as MPI_Allgather.");
+  if (!all_gather) throw InvalidInput("all_gather is empty; give a function that works like MPI_Allgather.");
   link_ = std::make_shared<CallerLink>(rank, size, std::move(all_gather));
 }
 

@@ -11,8 +11,8 @@ void HullsInQuestion::prepare(Span<const ProbeHull> hulls) {
   for (const ProbeHull& hull : hulls) {
     point_count += hull.points.size();
     if (point_count < kMostElements) continue;
-    throw InvalidInput(
-        fmt::format("{} hulls with {} points or more are more than 2^31; ask in several.", hulls.size(), point_count));
+    throw InvalidInput(fmt::format("{} hulls with {} points or more are more than 2^31; ask in several calls.",
+                                   hulls.size(), point_count));
   }
   hulls_.clear();
   points_.clear();

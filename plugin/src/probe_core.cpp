@@ -26,7 +26,7 @@ void ProbeCore::require_scene() const {
 void ProbeCore::require_answerable(std::size_t questions) const {
   require_scene();
   if (questions < kMostElements) return;
-  throw InvalidInput(fmt::format("{} questions in one batch are more than 2^31; ask in several.", questions));
+  throw InvalidInput(fmt::format("{} questions in one batch are more than 2^31; ask in several calls.", questions));
 }
 
 Span<const RayHit> ProbeCore::first_hits(Span<const Ray> rays) {

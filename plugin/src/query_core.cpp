@@ -96,13 +96,15 @@ void QueryCore::require_contacts_on_device() const {
 
 /// Throws Error where the detection is unknown, or its contacts are gone.
 void QueryCore::require_unread(std::uint64_t number) const {
-  if (is_closed_) throw Error("a Ticket was waited for, but its Query is gone.");
+  if (is_closed_) throw Error("a Ticket was waited for, but its Query is gone; keep the Query until then.");
   if (number != last_number_) {
-    throw Error("a Ticket was waited for, but its Query has started another detection since; wait for each before.");
+    throw Error(
+        "a Ticket was waited for, but its Query has started another detection since; wait before the next start().");
   }
   if (!detection_ && scene_->is_closed()) throw Error("a Ticket was waited for, but its Scene is gone.");
   if (!detection_) {
-    throw Error("a Ticket was waited for, but was before, or options were set that have ended its detection.");
+    throw Error(
+        "a Ticket was waited for twice, or options were set that have ended its detection; call start() again.");
   }
 }
 

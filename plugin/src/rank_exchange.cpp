@@ -116,7 +116,7 @@ void RankExchange::talk(const F& f) {
     throw BackendError(error.what());
   } catch (const LinkError& error) {
     throw Error(
-        fmt::format("rank {} of {}: {}. Make new communicators, and see to it that all ranks make the same "
+        fmt::format("rank {} of {}: {}. Make new communicators, and make sure that all ranks make the same "
                     "calls in the same order.",
                     link_->rank(), link_->size(), error.what()));
   }

@@ -192,7 +192,7 @@ void SceneCore::guarded_in_memory(Statistics& statistics, const MemoryProblem& m
 
 PendingDetection SceneCore::start(const DetectionRequest& request) {
   if (request.options.contacts_on_device && options_.backend != Backend::cuda) {
-    throw BackendError("contacts_on_device needs a Scene with Backend::cuda; else the CPU may have to take over.");
+    throw BackendError("contacts_on_device needs a Scene with Backend::cuda; with another one the CPU may detect.");
   }
   const Clock::time_point begin = Clock::now();
   if (ranks_ != nullptr) meet_ranks(request.options, request.pairs);

@@ -214,7 +214,7 @@ def test_tickets_are_waited_for_once():
     query = ccd(scene)
     ticket = query.start()
     assert len(ticket.wait()) == 1
-    with pytest.raises(softcd.Error, match="was before"):
+    with pytest.raises(softcd.Error, match="waited for twice"):
         ticket.wait()
     late = query.start()
     query.detect()

@@ -425,7 +425,7 @@ TEST(Ranks, set_positions_of_their_own_bodies_only) {
   EXPECT_EQ(error_of([] { Communicator(2, 2, [](const void*, std::size_t, void*) {}); }),
             "rank is 2 of 2; ranks count from 0.");
   EXPECT_EQ(error_of([] { Communicator(0, 2, {}); }),
-            "all_gather is empty; give a function that does as MPI_Allgather.");
+            "all_gather is empty; give a function that works like MPI_Allgather.");
 }
 
 /// Each position twice, the second time elsewhere, as in an array of structs.

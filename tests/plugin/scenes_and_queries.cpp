@@ -245,7 +245,7 @@ TEST(Tickets, are_waited_for_once) {
   Query query(filled.scene, {});
   Ticket ticket = query.start();
   const std::vector<Contact> found = copy_of(ticket.wait());
-  EXPECT_THAT(error_of([&] { ticket.wait(); }), HasSubstr("was before"));
+  EXPECT_THAT(error_of([&] { ticket.wait(); }), HasSubstr("waited for twice"));
   EXPECT_TRUE(identical(found, query.detect()));
 }
 

@@ -417,7 +417,7 @@ TEST_F(Certify, check_notices_a_changed_file) {
   folder_.write("frames/frame1.obj", standing_at("2.0"));  // the same mesh in other bytes
   const Result result = run("--check " + folder_.file("certificate.json") + " " + frames);
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.errors, HasSubstr("certificate.json: is not repeated: frame1.obj has other content"));
+  EXPECT_THAT(result.errors, HasSubstr("certificate.json: is not reproduced: frame1.obj has other content"));
 }
 
 TEST_F(Certify, check_notices_a_changed_certificate) {
@@ -428,7 +428,7 @@ TEST_F(Certify, check_notices_a_changed_certificate) {
   const Result result =
       run("--check " + folder_.write("forged.json", text.replace(place, 9, "\"proved\"")) + " " + frames);
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.errors, HasSubstr("forged.json: is not repeated: /steps/0/verdict was \"proved\" and is now"));
+  EXPECT_THAT(result.errors, HasSubstr("forged.json: is not reproduced: /steps/0/verdict was \"proved\" and is now"));
   const Result spaced =
       run("--check " + folder_.write("spaced.json", folder_.read("certificate.json") + " ") + " " + frames);
   EXPECT_EQ(spaced.exit_code, 1);

@@ -335,13 +335,14 @@ void CrossingPrevention::name_new_pairs(Span<btSoftBody* const> bodies) const {
     return "in " + std::to_string(answers_.unavoidable) + " impacts of " + pairs +
            " a body is crossed by features that the app moves (nodes without mass, nodes on anchors, or rigid meshes) "
            "and has no place to go; move them less in a step, or leave more space in front of them (reported once "
-           "until these bodies separate)";
+           "until these bodies have been apart for 64 steps)";
   });
   name(TangleReason::start, [this](const std::string& pairs) {
     return "bodies already intersect at the start of the step, and may move through each other there until they "
            "separate, in " +
            std::to_string(answers_.excepted) + " pairs of features in this step: " + pairs +
-           " (reported once until these bodies separate; their other crossings are still prevented)";
+           " (reported once until these bodies have been apart for 64 steps; their other crossings are still "
+           "prevented)";
   });
 }
 

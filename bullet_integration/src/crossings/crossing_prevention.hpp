@@ -103,7 +103,7 @@ class CrossingPrevention {
   const TangledNodes* released_ = nullptr;          ///< in run()
   Span<btSoftBody* const> neighbours_;              ///< in run()
   std::unordered_set<const btSoftBody*> required_;  ///< in this step
-  /// Of bodies in the deformable world whose velocities do not lead to their ends exactly.
+  /// Has the nodes' ends of bodies in the deformable world whose velocities do not lead there exactly.
   std::vector<std::pair<btSoftBody*, std::vector<btVector3>>> ends_;
   CrossingAnswers answers_;
   CrossingImpulses impulses_;

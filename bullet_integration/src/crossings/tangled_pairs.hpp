@@ -16,7 +16,8 @@ enum class TangleReason : std::uint8_t {
   unavoidable,  ///< the app has moved one body through the other
 };
 
-/// Pairs of bodies with tangled features. A pair is new once, for one reason, until it has separated.
+/// Pairs of bodies with tangled features. A pair is new once, for one reason, until it has separated. Owned by
+/// CrossingPrevention.
 class TangledPairs {
  public:
   /// Begins a step. Call it before add().

@@ -129,8 +129,8 @@ void refit_face_trees(Span<btSoftBody* const> bodies);
 /// next prediction. The flag stays if the body has other flags of soft-soft contacts, too: without it Bullet would
 /// handle the body by these.
 ///
-/// Call it once a step, after the step's last use of the flag by softcd. `is_in_parts` is what the last call with
-/// `topology_changed` has found.
+/// Call it once a step, after the step's last use of the flag by softcd. A call with `topology_changed` writes
+/// `is_in_parts`; others read it.
 void replace_face_tree(btSoftBody& body, bool topology_changed, bool& is_in_parts);
 
 }  // namespace softcd::bullet

@@ -93,13 +93,13 @@ inline constexpr auto kHelpOf<&QueryOptions::subdivision> =
     "Virtual subdivision of triangles that are larger than a cell";
 template <>
 inline constexpr auto kHelpOf<&QueryOptions::cell_size_factor> =
-    "The cell size of broad phase exact: this times the mean bounding radius of the triangles, on the CPU of patches "
-    "of up to 8 triangles. 0 chooses";
+    "The cell size of broad phase exact, in mean bounding radii of the triangles, on the CPU of patches of up to 8 "
+    "triangles. 0 chooses";
 template <>
 inline constexpr ValueRange kRangeOf<&QueryOptions::cell_size_factor> = {.least = 0.1, .most = 100, .or_zero = true};
 template <>
 inline constexpr auto kHelpOf<&QueryOptions::motion_margin> =
-    "dcd only: enlarges a vertex's margin against other bodies by this many times the way that it moves";
+    "dcd only: enlarges a vertex's margin against other bodies by this many times the distance that it moves";
 template <>
 inline constexpr ValueRange kRangeOf<&QueryOptions::motion_margin> = {.least = 0};
 template <>
