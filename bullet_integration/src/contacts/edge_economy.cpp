@@ -32,6 +32,15 @@ class EdgeSide {
                       [&](std::uint32_t /*face*/, Vec3d corner) { return leads_towards(point, corner, direction); });
   }
 
+  /// Returns whether a face at one of the edge's nodes is finer than the margins.
+  bool has_fine_face() const {
+    return std::any_of(nodes_, nodes_ + 2, [this](std::uint32_t node) {
+      const Span<const std::uint32_t> faces = member_.mesh.faces_at(node);
+      return std::any_of(faces.begin(), faces.end(),
+                         [this](std::uint32_t face) { return is_finer_than_margins(member_, face); });
+    });
+  }
+
   /// Returns the same for faces finer than the margins, at the edge or, if the point is an end, at that end. The
   /// direction has to be nearer to the face's plane than to its normal: sharp folds keep their contacts.
   bool has_fine_face_towards(const double* weights, Vec3d point, Vec3d direction) const {
@@ -87,15 +96,22 @@ bool is_contact_of_node(const EdgeSide& side, const double* weights, const EdgeS
   return (weights[0] <= 0 || weights[1] <= 0) && side.body().isActive() && other.has_faces();
 }
 
-/// Two edges and their nearest points at the time of their contact.
-struct NearestEdges {
+/// The two sides of a contact of edges.
+struct EdgeSides {
   EdgeSide a, b;
+
+  EdgeSides(const MemberContact& edges, const NodeEnds& ends)
+      : a(edges.a, edges.contact.vertices, double(edges.contact.time_of_impact), ends),
+        b(edges.b, edges.contact.vertices + 2, double(edges.contact.time_of_impact), ends) {}
+};
+
+/// The nearest points of two edges at the time of their contact.
+struct NearestPoints {
   double weights[4];
   Vec3d point_a, point_b;
 
-  NearestEdges(const MemberContact& edges, const NodeEnds& ends)
-      : a(edges.a, edges.contact.vertices, double(edges.contact.time_of_impact), ends),
-        b(edges.b, edges.contact.vertices + 2, double(edges.contact.time_of_impact), ends) {
+  explicit NearestPoints(const EdgeSides& edges) {
+    const auto& [a, b] = edges;
     const ClosestPoints<double> closest = closest_points_edge_edge(a.place(0), a.place(1), b.place(0), b.place(1));
     std::copy(std::begin(closest.weights), std::end(closest.weights), std::begin(weights));
     point_a = weights[0] * a.place(0) + weights[1] * a.place(1);
@@ -107,14 +123,19 @@ struct NearestEdges {
 
 bool has_nearer_contact(const MemberContact& edges, const NodeEnds& ends) {
   if (&edges.a == &edges.b) return false;
-  const auto [a, b, w, point_a, point_b] = NearestEdges(edges, ends);
+  const EdgeSides sides(edges, ends);
+  const auto& [a, b] = sides;
+  const auto [w, point_a, point_b] = NearestPoints(sides);
   if (is_contact_of_node(a, w, b) || is_contact_of_node(b, w + 2, a)) return true;
   return a.has_face_towards(point_a, point_b - point_a) || b.has_face_towards(point_b, point_a - point_b);
 }
 
 bool are_joined_by_fine_faces(const MemberContact& edges, const NodeEnds& ends) {
   if (&edges.a != &edges.b) return false;
-  const auto [a, b, w, point_a, point_b] = NearestEdges(edges, ends);
+  const EdgeSides sides(edges, ends);
+  const auto& [a, b] = sides;
+  if (!a.has_fine_face() && !b.has_fine_face()) return false;
+  const auto [w, point_a, point_b] = NearestPoints(sides);
   return a.has_fine_face_towards(w, point_a, point_b - point_a) ||
          b.has_fine_face_towards(w + 2, point_b, point_a - point_b);
 }
