@@ -29,7 +29,8 @@ struct Call {
 
   Attachment& attachment() const {
     Attachment* const attachment = session.attachment();
-    if (attachment == nullptr) throw Error("softcd is not attached; the world was reset, or it was detached.");
+    if (attachment == nullptr)
+      throw Error("softcd is not attached: the world was reset, or softcd was detached; attach it again.");
     return *attachment;
   }
   WorldDetection& detection() const { return attachment().detection(); }

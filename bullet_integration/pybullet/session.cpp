@@ -30,7 +30,8 @@ btDynamicsWorld& world_of(PhysicsCommandProcessorInterface& server) {
   } catch (const FoundWorld& found) {
     return *found.world;
   }
-  throw Error("PyBullet did not show its world; softcd's plugin was built for another version.");
+  throw Error(
+      "PyBullet did not show its world: softcd's plugin was built for another version of PyBullet; reinstall it.");
 }
 
 }  // namespace

@@ -59,7 +59,9 @@ std::unique_ptr<AttachedWorld> make_attached(btDynamicsWorld& world, const Setti
   if (auto* deformable = dynamic_cast<btDeformableMultiBodyDynamicsWorld*>(&world)) {
     return std::make_unique<AttachedDeformableWorld>(*deformable, settings);
   }
-  throw InvalidInput("softcd::bullet::attach: the world is none of Bullet's with soft bodies");
+  throw InvalidInput(
+      "softcd::bullet::attach: the world is none of Bullet's with soft bodies; make a "
+      "btSoftRigidDynamicsWorld, btSoftMultiBodyDynamicsWorld or btDeformableMultiBodyDynamicsWorld");
 }
 
 }  // namespace
@@ -111,7 +113,9 @@ const WorldDetection& Attachment::detection() const {
 
 softcd::bullet::Attachment softcd::bullet::attach(btDynamicsWorld& world, const Settings& settings) {
   if (detects_already(world)) {
-    throw InvalidInput("softcd::bullet::attach: softcd already detects in this world");
+    throw InvalidInput(
+        "softcd::bullet::attach: softcd already detects in this world; use its detection(), or "
+        "detach first");
   }
   return Attachment(make_attached(world, settings));
 }

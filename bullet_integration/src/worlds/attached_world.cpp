@@ -68,8 +68,9 @@ void AttachedWorld::begin_without_tick() {
   start_over();
   stage_ = Stage::begun;
   if (!has_end_to_come || queries().settings().detection != Detection::ccd) return;
-  queries().crossings.run(
-      [](CrossingPrevention&) { throw Error("the app has set a tick callback before the step was finished"); });
+  queries().crossings.run([](CrossingPrevention&) {
+    throw Error("the app has set a tick callback before the step was finished; call finish_step() first");
+  });
 }
 
 void AttachedWorld::process_pairs(const Processing& process_natively) {

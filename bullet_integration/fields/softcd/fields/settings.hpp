@@ -30,11 +30,11 @@ inline constexpr auto kHelpOf<&bullet::Settings::self_collision> =
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::edge_contacts> =
     "Whether edges touch edges: off, only reported, or given to Bullet's solver (respond). automatic: respond in the "
-    "deformable world";
+    "deformable world, off in classic worlds";
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::contacts> =
     "The contacts of nodes with faces that Bullet's solver gets. all: Bullet's rule; closest_feature: one for each "
-    "place where the surface is nearest. automatic: the latter in classic worlds with dcd";
+    "place where the surface is nearest. automatic: closest_feature in classic worlds with dcd, otherwise all";
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::contacts_per_node> =
     "The most contacts of a node with faces of one body on one side; 0 for no limit";
@@ -58,7 +58,8 @@ template <>
 inline constexpr auto kHelpOf<&bullet::Settings::read_out> = "What body_contacts() reports";
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::on_error> =
-    "When a detection fails: fall_back continues the step with Bullet's own; throw_error ends it";
+    "When a detection fails: fall_back continues the step with Bullet's own detection; throw_error ends it with an "
+    "exception";
 template <>
 inline constexpr auto kFields<bullet::Settings> = fields_of<
     bullet::Settings, &bullet::Settings::backend, &bullet::Settings::detection, &bullet::Settings::accuracy,
