@@ -43,7 +43,7 @@ BodyQuestionTime timed(BodyQuestion question, std::string name, std::size_t ques
 void expect_near(const char* what, double theirs, double ours) {
   if (std::abs(theirs - ours) <= 1e-3 * ours + 1e-6) return;
   throw std::runtime_error(
-      fmt::format("every pair of triangles has answered something else: {} {} instead of {}", what, theirs, ours));
+      fmt::format("the test of every pair of triangles has other results: {} {} instead of {}", what, theirs, ours));
 }
 
 }  // namespace

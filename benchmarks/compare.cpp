@@ -194,11 +194,11 @@ void run(CompareOptions& options) {
 void add_compare(CLI::App& app, CompareOptions& options) {
   CLI::App* command = app.add_subcommand(
       "compare",
-      "Whether the detector has become slower or needs more memory: two files of `detector --json`, or two builds\n"
-      "that measure in turn, row by row. A row is slower when its median time has grown by more than --tolerance\n"
-      "and by more than that time varies in itself: between the quartiles of its repetitions, with --builds of the\n"
-      "rounds. Exit code 3 when a row is slower, needs more memory or is not measured any more. Other contacts and\n"
-      "counts are told");
+      "Tells whether the detector has become slower or needs more memory. Compares two files of `detector --json`, or\n"
+      "two builds that measure in turn, row by row. A row is slower if its median time has grown by more than\n"
+      "--tolerance, and by more than the distance of the quartiles of its repetitions (with --builds: of the rounds).\n"
+      "Exit code 3: a row is slower, needs more memory or is no longer measured. Also reports changed contacts and\n"
+      "counts");
   command
       ->add_option("arguments", options.arguments,
                    "Two files of results, old and new; with --builds, after --, the arguments of `detector`")

@@ -183,8 +183,7 @@ class Benchmark {
   /// Throws unless two results agree.
   static void expect_near(const char* rival, const char* what, double theirs, double ours) {
     if (std::abs(theirs - ours) <= 1e-3 * ours) return;
-    throw std::runtime_error(
-        fmt::format("{} has answered something else: {} {} instead of {}", rival, theirs, what, ours));
+    throw std::runtime_error(fmt::format("{} has other results: {} {} instead of {}", rival, theirs, what, ours));
   }
 
   void add(const Times& times) {
@@ -218,18 +217,19 @@ class Benchmark {
 void add_spatial_queries(CLI::App& app, SpatialQueryOptions& options) {
   CLI::App* command = app.add_subcommand(
       "queries",
-      "Measures rays, to the first hit, and nearest points, of one mesh at the end of a step: with softcd's Probe, "
-      "with\n"
-      "Bullet's btSoftBody::rayTest and, if this build has it, with Embree 3. Median times in milliseconds; build is\n"
-      "the time of one question after positions have changed.\n\n"
-      "Then, in microseconds, rays among three cloths in Bullet's world and in softcd's: one at a time by rayTest, and "
-      "in\n"
-      "batches by a WorldProbe.\n\n"
-      "Then, in microseconds for a question about the mesh and balls near it: their distances and their intersecting\n"
-      "triangles, beside a test of all pairs of triangles for a few. And about the mesh alone: its self-intersections\n"
-      "(no rival); triangles in capsules and convex hulls, beside Bullet's contactPairTest of a triangle mesh (GJK in\n"
-      "float, on one thread); and intersections that changes would make, beside a test of every triangle. A test of\n"
-      "all pairs of triangles must give the same results; Bullet may count a few others");
+      "Measures questions about a mesh at the end of a step. The first table has rays, to the first hit, and nearest\n"
+      "points: with softcd's Probe, with Bullet's btSoftBody::rayTest and, if this build has it, with Embree 3. "
+      "Median\n"
+      "times in milliseconds; build is the time of the first question after positions have changed.\n\n"
+      "The second table has rays among three cloths in Bullet's world and in softcd's, in microseconds: one at a time\n"
+      "by rayTest, and in batches by a WorldProbe.\n\n"
+      "The third table has other questions, in microseconds each, compared with other tests:\n"
+      "- distances and intersections of the mesh and balls near it: a test of all pairs of triangles, for a few "
+      "balls;\n"
+      "- self-intersections of the mesh;\n"
+      "- triangles in capsules and convex hulls: Bullet's contactPairTest of a triangle mesh (in float, one thread);\n"
+      "- intersections that changes of the mesh would make: a test of every triangle.\n"
+      "Tests of all triangles must give the same results; Bullet's may count a few other triangles");
   command
       ->add_option(
           "--step", options.step_folder,
@@ -246,7 +246,7 @@ void add_spatial_queries(CLI::App& app, SpatialQueryOptions& options) {
   command->add_option("--repeat", options.repetitions, "Measured times, after one to warm up")
       ->option_text("N [5]")
       ->check(CLI::Range(1, 1000));
-  command->add_flag("!--no-rivals", options.measures_rivals, "softcd alone");
+  command->add_flag("!--no-rivals", options.measures_rivals, "Measure softcd alone");
   command->add_option("--machine", options.machine, "The machine's name in the results. Default: its processor")
       ->option_text("TEXT");
   command->add_option("--markdown", options.markdown_file, "Write the table as Markdown")->option_text("FILE");

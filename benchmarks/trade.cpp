@@ -267,7 +267,8 @@ void add_trade(CLI::App& app, TradeOptions& options) {
       "trade",
       "Measures the cost of accuracy: continuous detection in every mode and discrete detection in substeps, on "
       "single\n"
-      "queries and whole steps, judged by exact arithmetic; and simulations in Bullet over their time step and dials");
+      "queries and whole steps, judged by exact arithmetic; and simulations in Bullet with several time steps\n"
+      "and settings");
   demo::add_choices(*command, "--part", kParts, options.parts, "The parts to measure");
   command
       ->add_option("--queries", options.queries_folder,
