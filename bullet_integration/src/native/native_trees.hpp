@@ -121,7 +121,7 @@ void build_face_tree(btSoftBody& body);
 /// continuous pass.)
 void refit_face_trees(Span<btSoftBody* const> bodies);
 
-/// Removes the tree that Bullet's prediction has built for new or changed faces, so that it updates none in later steps.
+/// Removes the tree that Bullet's prediction has built for new or changed faces, so that later predictions update none.
 ///
 /// Bullet's construction never ends for a body in several parts: where common edges do not connect all faces, or links
 /// all nodes. Such a body gets a tree of softcd's, so that ray tests build none, and its flag VF_SS is hidden from the
