@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
+#include <string>
 #include <vector>
 
+#include "BulletCollision/CollisionShapes/btBoxShape.h"
 #include "any_simulation.hpp"
 
 namespace softcd::test {
@@ -242,6 +245,42 @@ TEST_P(EdgeResponse, does_not_move_the_center_of_free_bodies_that_meet_off_their
     EXPECT_LT((moved - before.velocity * kStep).length(), 1e-5) << "of 0.008 in a step";
   }
   EXPECT_LT(center_of_mass({&lower}).velocity.y(), -0.3) << "they have met";
+}
+
+btVector3 momentum_of(const btSoftBody& body) {
+  btVector3 sum(0, 0, 0);
+  for (int i = 0; i < body.m_nodes.size(); ++i) sum += body.m_nodes[i].m_v / body.m_nodes[i].m_im;
+  return sum;
+}
+
+// Bullet's response does not move anchored nodes and gives their body nothing, but would push the lower ridge.
+TEST(EdgeContacts, of_nodes_on_a_free_rigid_body_push_nothing_without_the_opposite_push) {
+  for (const World world : {World::deformable, World::attached_deformable}) {
+    for (const int anchors : {1, 2}) {
+      SCOPED_TRACE(name_of(world) + ", anchors: " + std::to_string(anchors));
+      RidgeWorld simulation(world, settings_with(EdgeContacts::respond));
+      simulation.set_gravity(btVector3(0, 0, 0));
+      const btSoftBody& lower = simulation.add(make_ridge(simulation.world_info(), 0, true, btScalar(0.5), false));
+      btSoftBody& upper =
+          simulation.add(make_ridge(simulation.world_info(), btScalar(0.08), false, btScalar(-0.5), false));
+      btRigidBody& box = simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(1, 1, 1)), btVector3(0, 3, 0), 1);
+      for (int i = 0; i < anchors; ++i) upper.appendDeformableAnchor(2 + i, &box);
+      const btVector3 velocity(0, -1, 0);
+      upper.setVelocity(velocity);
+      box.setLinearVelocity(velocity);
+      const auto momentum = [&] {
+        return momentum_of(lower) + momentum_of(upper) + box.getLinearVelocity() / box.getInvMass();
+      };
+      const btVector3 before = momentum();
+      bool is_reported = false;
+      for (int i = 0; i < 40; ++i) {
+        simulation.step();
+        is_reported |= !simulation.edge_contacts().empty();
+      }
+      EXPECT_TRUE(is_reported);
+      EXPECT_LT((momentum() - before).length(), btScalar(1e-3) * before.length());
+    }
+  }
 }
 
 TEST(EdgeContacts, are_found_within_a_body) {

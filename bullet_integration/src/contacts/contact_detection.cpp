@@ -63,18 +63,18 @@ bool ContactDetection::needs_both_ends() const {
 void ContactDetection::read(Span<btSoftBody* const> bodies) {
   BT_PROFILE("softcd contacts");
   mirror_.compare(bodies);
-  has_any_ = false;
+  bodies_.clear();
   for (btSoftBody* body : bodies) {
     if (!has_vertex_face_contacts(kind_.ends, *body)) continue;
     mirror_.require(*body, needs_both_ends());
-    has_any_ = true;
+    bodies_.push_back(body);
   }
 }
 
 void ContactDetection::start(const PairRule& rule) {
   BT_PROFILE("softcd contacts");
   ticket_.reset();
-  if (!has_any_ && had_no_bodies(query_)) return;
+  if (bodies_.empty() && had_no_bodies(query_)) return;
   query_.set_pair_filter(pair_filter(mirror_, rule));
   ticket_ = query_.start();
   query_.set_pair_filter({});
@@ -87,11 +87,19 @@ void ContactDetection::finish(bool prevents_crossings, const TangledNodes* relea
   const Span<const Contact> contacts = ticket_ ? ticket_->wait() : Span<const Contact>();
   find_spoilt(contacts);
   find_tangles(contacts);
+  find_nodes_on_rigid_bodies();
   make_solver_contacts(contacts);
   notes_.reset(solver_contacts_->note_count());
   // Nothing throws below: Bullet's arrays get all contacts or none.
   solver_contacts_->write(notes_);
   notes_.arrange();
+}
+
+/// Finds the nodes whose contacts of edges get no response in the deformable world.
+void ContactDetection::find_nodes_on_rigid_bodies() {
+  on_rigid_.clear();
+  if (kind_.solves_in_turns || settings_.edge_contacts != EdgeContacts::respond) return;
+  for (const btSoftBody* body : bodies_) on_rigid_.add(*body);
 }
 
 /// Makes the contacts for Bullet's solver, and lists those of edges.
@@ -106,7 +114,7 @@ void ContactDetection::make_solver_contacts(Span<const Contact> contacts) {
     return may_get(found);
   };
   solver_contacts_->make(
-      {mirror_, contacts, settings_.detection, economy, settings_.read_out != ReadOut::off, list_and_judge});
+      {mirror_, contacts, settings_.detection, economy, on_rigid_, settings_.read_out != ReadOut::off, list_and_judge});
 }
 
 void ContactDetection::find_spoilt(Span<const Contact> contacts) {

@@ -48,20 +48,22 @@ class ContactDetection {
   bool is_released_from_tangles(const MemberContact& found) const;
   bool is_released(const MemberContact& found) const;
   bool may_get(const MemberContact& found) const;
+  void find_nodes_on_rigid_bodies();
   void make_solver_contacts(Span<const Contact> contacts);
 
   const ContactsOfKind& kind_;
   WorldMirror& mirror_;
   const Settings& settings_;
   Query query_;
-  std::optional<Ticket> ticket_;  ///< none if no body needs a detection
-  bool has_any_ = false;          ///< whether a body needs a detection
+  std::optional<Ticket> ticket_;           ///< none if no body needs a detection
+  std::vector<const btSoftBody*> bodies_;  ///< those that need a detection
   bool releases_touches_ = false;
   const TangledNodes* released_ = nullptr;  ///< in finish()
   std::vector<EdgeContact> edge_contacts_;
   std::unordered_set<const btSoftBody*>
       spoilt_;  ///< some of their nodes are not finite, and the solver would spread this
   TangledNodes tangled_;
+  NodesOnRigidBodies on_rigid_;
   std::vector<std::uint8_t> is_tangled_;  ///< of the step's contacts, if it looks for tangles
   std::unique_ptr<SolverContacts> solver_contacts_;
   bool has_chosen_ = false;  ///< whether the settings of the last step leave out any contact

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <unordered_set>
 #include <vector>
 
 #include "bodies/world_mirror.hpp"
@@ -52,6 +53,20 @@ struct ContactShare {
   bool is_turned = false;   ///< whether it pushes the node back through the face
 };
 
+/// The nodes of the deformable world that touch rigid bodies which can move, or are anchored to them. Bullet's response
+/// to contacts between soft bodies does not move such nodes, pushes the other side twice as hard, and gives the rigid
+/// body nothing.
+class NodesOnRigidBodies {
+ public:
+  void clear() { nodes_.clear(); }
+  void add(const btSoftBody& body);
+  /// Returns whether the node or one of the face's nodes is one of them.
+  bool has_one_of(const btSoftBody::Node& node, const btSoftBody::Face& face) const;
+
+ private:
+  std::unordered_set<const btSoftBody::Node*> nodes_;
+};
+
 /// Returns whether a face of the body is so small at rest that features on both sides of it are within the margins of
 /// contacts within the body. Measured by a right-angled face with two equal sides, whose height is at most the margins.
 bool is_finer_than_margins(const WorldMirror::Member& member, std::uint32_t face);
@@ -79,7 +94,7 @@ struct ClassicContacts {
   static void carry(const MemberContact& found, const ContactShare& share, Entry& entry);
   /// Adds two contacts for an edge-edge contact, one for each node of one edge, with a face at the other edge. Together
   /// they push the contact's points apart as one contact would.
-  static void add_edges(const MemberContact& found, SolverContactBatch<Entry>& out);
+  static void add_edges(const MemberContact& found, const NodesOnRigidBodies& on_rigid, SolverContactBatch<Entry>& out);
 };
 
 /// Contacts of the deformable world: btSoftBody::DeformableFaceNodeContact. All contacts of a query are within their
@@ -97,8 +112,9 @@ struct DeformableContacts {
   }
   /// Enlarges the margin, so that Bullet's spring pushes as hard as the springs of all contacts that it carries.
   static void carry(const MemberContact& found, const ContactShare& share, Entry& entry);
-  /// Adds two contacts for an edge-edge contact, as above.
-  static void add_edges(const MemberContact& found, SolverContactBatch<Entry>& out);
+  /// Adds two contacts for an edge-edge contact, as above. Leaves out those with a node on a rigid body: their push
+  /// would have no opposite.
+  static void add_edges(const MemberContact& found, const NodesOnRigidBodies& on_rigid, SolverContactBatch<Entry>& out);
 };
 
 }  // namespace softcd::bullet
