@@ -132,15 +132,20 @@ std::vector<const char*> build_names() {
   return {"bumps on bumps", "bumps on a plane", "nodes over corners", "nodes over edges", "between layers"};
 }
 
-/// Bodies to be judged, in states of which each is another one for another seed where there is chance in it.
+/// Adds bodies to be judged, which do not intersect. Where there is chance in their state, each seed makes another one.
 void build(Still& still, const std::string& name, std::uint64_t seed) {
   Random random(seed);
   if (name == "bumps on bumps" || name == "bumps on a plane") {
-    still.add(name == "bumps on bumps" ? bumpy(0, btScalar(0.04), random) : flat(0));
-    still.add(bumpy(btScalar(0.06), btScalar(0.04), random));
+    still.add(name == "bumps on bumps" ? bumpy(0, btScalar(0.03), random) : flat(0));
+    still.add(bumpy(btScalar(0.061), btScalar(0.03), random));
   } else if (name == "between layers") {
     still.add(folded(btScalar(0.12)));
-    still.add(bumpy(btScalar(0.06), btScalar(0.03), random));
+    constexpr btScalar kBump = btScalar(0.03);
+    demo::ClothShape sheet = bumpy(btScalar(0.06), kBump, random);
+    sheet.position = [on = sheet.position](int column, int row) {
+      return on(column, row) + btVector3(2 * kBump, 0, 0);  // off the bend
+    };
+    still.add(sheet);
   } else {
     still.add(flat(0));
     still.add(flat(btScalar(0.0625), name == "nodes over edges" ? kCell / 2 : 0));

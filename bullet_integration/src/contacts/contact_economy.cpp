@@ -1,7 +1,6 @@
 #include "contacts/contact_economy.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <string>
 
 #include "bodies/vectors.hpp"
@@ -40,16 +39,16 @@ bool has_feature(const NodeContact& other, const NodeContact& contact) {
 /// Computes the nearest point if weights are below 0. Such contacts are those of ContactRule::slab in the deformable
 /// world: the node's projection onto the face's plane lies beside the face, and the contact's distance is that from the
 /// plane.
-NodeContact node_contact(const MemberContact& found, bool is_turned) {
+NodeContact node_contact(const MemberContact& found, bool is_turned, bool is_tangled) {
   const Contact& contact = found.contact;
   const float(&w)[4] = contact.weights;
   if (!(w[1] < 0 || w[2] < 0 || w[3] < 0)) {
-    return {found, is_turned, double(contact.distance), {w[1] > 0, w[2] > 0, w[3] > 0}};
+    return {found, is_turned, is_tangled, double(contact.distance), {w[1] > 0, w[2] > 0, w[3] > 0}};
   }
   const auto x = [&](int vertex) { return to_doubles(found.node(vertex).m_x); };
   const ClosestPoints<double> closest = closest_points_vertex_triangle(x(0), x(1), x(2), x(3));
   const double(&u)[4] = closest.weights;
-  return {found, is_turned, closest.distance(), {u[1] > 0, u[2] > 0, u[3] > 0}};
+  return {found, is_turned, is_tangled, closest.distance(), {u[1] > 0, u[2] > 0, u[3] > 0}};
 }
 
 ContactEconomy::ContactEconomy(const ContactsOfKind& kind, const Settings& settings)
@@ -68,9 +67,14 @@ bool ContactEconomy::keeps(const MemberContact& edges) const {
   return !are_joined_by_fine_faces(edges, kind_.ends) && (!chooses_edges_ || !has_nearer_contact(edges, kind_.ends));
 }
 
+/// Drops contacts of features that intersect when the step begins. They would push some nodes to one side of a surface
+/// and some to the other. An open surface has no right side there, so contacts that would be carried by them or carry
+/// them are dropped, too. A closed surface keeps those, as they push bodies out of each other.
 void ContactEconomy::choose(std::vector<NodeContact>& contacts, std::vector<std::uint32_t>& nearest_first) const {
-  nearest_first.resize(contacts.size());
-  std::iota(nearest_first.begin(), nearest_first.end(), 0U);
+  nearest_first.clear();
+  for (std::uint32_t i = 0; i < contacts.size(); ++i) {
+    if (!(contacts[i].is_tangled && contacts[i].has_closed_face_body())) nearest_first.push_back(i);
+  }
   std::sort(nearest_first.begin(), nearest_first.end(), [&](std::uint32_t i, std::uint32_t j) {
     const NodeContact& a = contacts[i];
     const NodeContact& b = contacts[j];
@@ -83,6 +87,10 @@ void ContactEconomy::choose(std::vector<NodeContact>& contacts, std::vector<std:
     ContactShare& share = contacts[contact.owner].share;
     ++share.count;
     share.is_turned |= contact.is_turned;
+    share.is_tangled |= contact.is_tangled;
+  }
+  for (NodeContact& contact : contacts) {
+    if (contact.share.is_tangled) contact.share.count = 0;
   }
   if (settings_.contacts_per_node > 0) drop_all_but_nearest(contacts, nearest_first);
 }

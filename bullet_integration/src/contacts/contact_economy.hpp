@@ -12,19 +12,22 @@ namespace softcd::bullet {
 /// A contact of a node with a face that the solver may get.
 struct NodeContact {
   MemberContact found;
-  bool is_turned;  ///< whether it pushes the node back through the face
+  bool is_turned;   ///< whether it pushes the node back through the face
+  bool is_tangled;  ///< whether the features already intersect when the step begins
   /// The distance of the node from the nearest point of the face, and the corners of the smallest feature with that
   /// point: face, edge or corner.
   double distance;
   std::array<bool, 3> has_corner;
-  /// The choice: what the solver gets for it, and the contact that carries its push, possibly itself.
+  /// The choice: what the solver gets for it, and the contact that carries its push, possibly itself. None carries it
+  /// if it is dropped.
   ContactShare share = {/*count=*/0};
-  std::uint32_t owner = 0;
+  std::uint32_t owner = kNoIndex;
 
+  bool has_closed_face_body() const { return found.b.mesh.outward != 0; }
   float time() const { return found.contact.time_of_impact; }
 };
 
-NodeContact node_contact(const MemberContact& found, bool is_turned);
+NodeContact node_contact(const MemberContact& found, bool is_turned, bool is_tangled);
 
 /// Chooses the contacts that Bullet's solver gets: see Settings::contacts and contacts_per_node. It judges a node's
 /// contacts with one body, and each contact of two edges, separately, so that threads share the work. The choice

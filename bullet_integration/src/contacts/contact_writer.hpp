@@ -51,6 +51,7 @@ struct ContactShare {
   std::uint32_t count = 1;  ///< contacts that it carries, itself included; 0: it is not written
   btScalar margin_cut = 0;  ///< subtracted from the margin of Bullet's formulas
   bool is_turned = false;   ///< whether it pushes the node back through the face
+  bool is_tangled = false;  ///< whether one of these contacts is tangled, so that none is written
 };
 
 /// The nodes of the deformable world that touch rigid bodies which can move, or are anchored to them. Bullet's response
@@ -83,9 +84,11 @@ struct ClassicContacts {
   static std::optional<Entry> contact_of(const MemberContact& found, Detection detection);
   /// Returns whether the contact has to push the node back through the face: with `dcd`, if the node goes through the
   /// face in this step, to the wrong side. That excludes a node that leaves another body, which is closed. It also
-  /// excludes tangled features: then no side is known to be the right one.
+  /// excludes a node with an edge through the face when the step begins: then no side is known to be the right one.
   /// Contacts between bodies are turned only if contacts are chosen among (`is_chosen`).
   static bool is_turned(const MemberContact& found, Detection detection, bool is_chosen);
+  /// Returns whether, with `dcd`, an edge at the node is through another body's face when the step begins.
+  static bool is_tangled(const MemberContact& found, Detection detection);
   /// Returns the margin_cut with which `one`, at `place` among the contacts that it carries, pushes as all of them
   /// would. It is at most what the node's motion adds to both bodies' margins.
   static btScalar margin_cut(const MemberContact& one, Span<const Entry> carried, std::size_t place);
@@ -107,6 +110,7 @@ struct DeformableContacts {
   /// where Bullet's rule (CollideFF_DD) has such contacts.
   static std::optional<Entry> contact_of(const MemberContact& found, Detection detection);
   static bool is_turned(const MemberContact& /*found*/, Detection /*detection*/, bool /*is_chosen*/) { return false; }
+  static bool is_tangled(const MemberContact& /*found*/, Detection /*detection*/) { return false; }
   static btScalar margin_cut(const MemberContact& /*one*/, Span<const Entry> /*carried*/, std::size_t /*place*/) {
     return 0;
   }

@@ -148,7 +148,7 @@ class SolverContactsOf final : public SolverContacts {
     if (!contact) return;
     const bool is_turned = Kind::is_turned(found, step.detection, step.economy.chooses());
     if (step.economy.chooses()) {
-      batch.of_node.push_back(node_contact(found, is_turned));
+      batch.of_node.push_back(node_contact(found, is_turned, Kind::is_tangled(found, step.detection)));
       batch.made.push_back(*contact);
     } else {
       add(step, found, {/*count=*/1, /*margin_cut=*/0, is_turned}, *contact, batch);
