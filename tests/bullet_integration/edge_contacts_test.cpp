@@ -254,7 +254,7 @@ btVector3 momentum_of(const btSoftBody& body) {
 }
 
 // Bullet's response does not move anchored nodes and gives their body nothing, but would push the lower ridge.
-TEST(EdgeContacts, of_nodes_on_a_free_rigid_body_push_nothing_without_the_opposite_push) {
+TEST(EdgeContacts, of_anchored_nodes_push_nothing_without_the_opposite_push) {
   for (const World world : {World::deformable, World::attached_deformable}) {
     for (const int anchors : {1, 2}) {
       SCOPED_TRACE(name_of(world) + ", anchors: " + std::to_string(anchors));

@@ -87,7 +87,7 @@ void ContactDetection::finish(bool prevents_crossings, const TangledNodes* relea
   const Span<const Contact> contacts = ticket_ ? ticket_->wait() : Span<const Contact>();
   find_spoilt(contacts);
   find_tangles(contacts);
-  find_nodes_on_rigid_bodies();
+  find_anchored_nodes();
   make_solver_contacts(contacts);
   notes_.reset(solver_contacts_->note_count());
   // Nothing throws below: Bullet's arrays get all contacts or none.
@@ -95,11 +95,11 @@ void ContactDetection::finish(bool prevents_crossings, const TangledNodes* relea
   notes_.arrange();
 }
 
-/// Finds the nodes whose contacts of edges get no response in the deformable world.
-void ContactDetection::find_nodes_on_rigid_bodies() {
-  on_rigid_.clear();
+/// Finds the anchored nodes, whose contacts of edges get no response in the deformable world.
+void ContactDetection::find_anchored_nodes() {
+  anchored_.clear();
   if (kind_.solves_in_turns || settings_.edge_contacts != EdgeContacts::respond) return;
-  for (const btSoftBody* body : bodies_) on_rigid_.add(*body);
+  for (const btSoftBody* body : bodies_) anchored_.add(*body);
 }
 
 /// Makes the contacts for Bullet's solver, and lists those of edges.
@@ -114,7 +114,7 @@ void ContactDetection::make_solver_contacts(Span<const Contact> contacts) {
     return may_get(found);
   };
   solver_contacts_->make(
-      {mirror_, contacts, settings_.detection, economy, on_rigid_, settings_.read_out != ReadOut::off, list_and_judge});
+      {mirror_, contacts, settings_.detection, economy, anchored_, settings_.read_out != ReadOut::off, list_and_judge});
 }
 
 void ContactDetection::find_spoilt(Span<const Contact> contacts) {

@@ -48,7 +48,7 @@ class ContactDetection {
   bool is_released_from_tangles(const MemberContact& found) const;
   bool is_released(const MemberContact& found) const;
   bool may_get(const MemberContact& found) const;
-  void find_nodes_on_rigid_bodies();
+  void find_anchored_nodes();
   void make_solver_contacts(Span<const Contact> contacts);
 
   const ContactsOfKind& kind_;
@@ -63,7 +63,7 @@ class ContactDetection {
   std::unordered_set<const btSoftBody*>
       spoilt_;  ///< some of their nodes are not finite, and the solver would spread this
   TangledNodes tangled_;
-  NodesOnRigidBodies on_rigid_;
+  AnchoredNodes anchored_;
   std::vector<std::uint8_t> is_tangled_;  ///< of the step's contacts, if it looks for tangles
   std::unique_ptr<SolverContacts> solver_contacts_;
   bool has_chosen_ = false;  ///< whether the settings of the last step leave out any contact

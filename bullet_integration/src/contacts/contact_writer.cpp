@@ -260,20 +260,13 @@ bool starts_through(const MemberContact& found) {
 
 }  // namespace
 
-void NodesOnRigidBodies::add(const btSoftBody& body) {
-  const auto can_move = [](const auto& contact) { return !contact.m_cti.m_colObj->isStaticOrKinematicObject(); };
-  for (const btSoftBody::DeformableNodeRigidContact& contact : span_of(body.m_nodeRigidContacts)) {
-    if (can_move(contact)) nodes_.insert(contact.m_node);
-  }
-  for (const btSoftBody::DeformableFaceRigidContact& contact : span_of(body.m_faceRigidContacts)) {
-    if (can_move(contact)) nodes_.insert(std::begin(contact.m_face->m_n), std::end(contact.m_face->m_n));
-  }
+void AnchoredNodes::add(const btSoftBody& body) {
   for (const btSoftBody::DeformableNodeRigidAnchor& anchor : span_of(body.m_deformableAnchors)) {
-    if (can_move(anchor)) nodes_.insert(anchor.m_node);
+    if (!anchor.m_cti.m_colObj->isStaticOrKinematicObject()) nodes_.insert(anchor.m_node);
   }
 }
 
-bool NodesOnRigidBodies::has_one_of(const btSoftBody::Node& node, const btSoftBody::Face& face) const {
+bool AnchoredNodes::has_one_of(const btSoftBody::Node& node, const btSoftBody::Face& face) const {
   if (nodes_.empty()) return false;
   return nodes_.count(&node) != 0 || std::any_of(std::begin(face.m_n), std::end(face.m_n),
                                                  [this](const auto* corner) { return nodes_.count(corner) != 0; });
@@ -356,7 +349,7 @@ btScalar ClassicContacts::margin_cut(const MemberContact& one, Span<const Entry>
   return btMin(given.m_margin - joint_margin(carried, place, one.a.body->m_cfg.piterations), grown_by);
 }
 
-void ClassicContacts::add_edges(const MemberContact& found, const NodesOnRigidBodies& /*on_rigid*/,
+void ClassicContacts::add_edges(const MemberContact& found, const AnchoredNodes& /*anchored*/,
                                 SolverContactBatch<Entry>& out) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
@@ -402,14 +395,14 @@ void DeformableContacts::carry(const MemberContact& found, const ContactShare& s
   entry.m_margin += btScalar(share.count - 1) * depth;
 }
 
-void DeformableContacts::add_edges(const MemberContact& found, const NodesOnRigidBodies& on_rigid,
+void DeformableContacts::add_edges(const MemberContact& found, const AnchoredNodes& anchored,
                                    SolverContactBatch<Entry>& out) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
   if (!have_velocities(*edge.nodes[0], *edge.face) || !have_velocities(*edge.nodes[1], *edge.face)) return;
   for (int side = 0; side < 2; ++side) {
     if (!(edge.nodes[side]->m_im + inverse_mass_of(*edge.face, edge.weights) > 0)) continue;
-    if (on_rigid.has_one_of(*edge.nodes[side], *edge.face)) continue;
+    if (anchored.has_one_of(*edge.nodes[side], *edge.face)) continue;
     btSoftBody::DeformableFaceNodeContact deformable =
         deformable_contact(*edge.node_body, *edge.nodes[side], *edge.face_body, *edge.face);
     deformable.m_bary = edge.weights;

@@ -54,10 +54,9 @@ struct ContactShare {
   bool is_tangled = false;  ///< whether one of these contacts is tangled, so that none is written
 };
 
-/// The nodes of the deformable world that touch rigid bodies which can move, or are anchored to them. Bullet's response
-/// to contacts between soft bodies does not move such nodes, pushes the other side twice as hard, and gives the rigid
-/// body nothing.
-class NodesOnRigidBodies {
+/// The nodes of the deformable world that are anchored to rigid bodies which can move. Bullet's response to contacts
+/// between soft bodies does not move such nodes, pushes the other side twice as hard, and gives the rigid body nothing.
+class AnchoredNodes {
  public:
   void clear() { nodes_.clear(); }
   void add(const btSoftBody& body);
@@ -97,7 +96,7 @@ struct ClassicContacts {
   static void carry(const MemberContact& found, const ContactShare& share, Entry& entry);
   /// Adds two contacts for an edge-edge contact, one for each node of one edge, with a face at the other edge. Together
   /// they push the contact's points apart as one contact would.
-  static void add_edges(const MemberContact& found, const NodesOnRigidBodies& on_rigid, SolverContactBatch<Entry>& out);
+  static void add_edges(const MemberContact& found, const AnchoredNodes& anchored, SolverContactBatch<Entry>& out);
 };
 
 /// Contacts of the deformable world: btSoftBody::DeformableFaceNodeContact. All contacts of a query are within their
@@ -116,9 +115,9 @@ struct DeformableContacts {
   }
   /// Enlarges the margin, so that Bullet's spring pushes as hard as the springs of all contacts that it carries.
   static void carry(const MemberContact& found, const ContactShare& share, Entry& entry);
-  /// Adds two contacts for an edge-edge contact, as above. Leaves out those with a node on a rigid body: their push
+  /// Adds two contacts for an edge-edge contact, as above. Leaves out those with an anchored node: their push
   /// would have no opposite.
-  static void add_edges(const MemberContact& found, const NodesOnRigidBodies& on_rigid, SolverContactBatch<Entry>& out);
+  static void add_edges(const MemberContact& found, const AnchoredNodes& anchored, SolverContactBatch<Entry>& out);
 };
 
 }  // namespace softcd::bullet

@@ -22,7 +22,7 @@ class SolverContacts {
     Span<const Contact> contacts;
     Detection detection;
     const ContactEconomy& economy;
-    const NodesOnRigidBodies& on_rigid;
+    const AnchoredNodes& anchored;
     bool keeps_notes;
     /// Returns whether the solver may get the contact. Called once for each contact, from several threads.
     std::function<bool(std::size_t, const MemberContact&)> may_get;
@@ -135,7 +135,7 @@ class SolverContactsOf final : public SolverContacts {
       } else if (step.economy.keeps(found)) {
         ++batch.given.of_edges;
         const std::size_t first = batch.contacts.size();
-        Kind::add_edges(found, step.on_rigid, batch);
+        Kind::add_edges(found, step.anchored, batch);
         add_note(step, found, first, batch);
       }
     });
