@@ -244,6 +244,8 @@ bool are_separable(const Fan& a, const Fan& b, Vec3d point) {
 struct Touch {
   std::vector<std::uint32_t> nodes_a, nodes_b;  ///< of the smallest features at the point
   Vec3d point;                                  ///< a node at the point; if there is none, a node of the first feature
+
+  bool is_at(const Touch& other) const { return nodes_a == other.nodes_a && nodes_b == other.nodes_b; }
 };
 
 /// Two bodies with their nodes' positions at the start of the step.
@@ -368,14 +370,22 @@ bool are_through_at(const Touch& touch, const Sides& sides) {
 }
 
 /// Returns whether the faces intersect, or touch at a point where the faces around them intersect. The second case
-/// finds a body that passes through a face along its border or at a corner: it meets the inside of no face.
-bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b) {
+/// finds a body that passes through a face along its border or at a corner: it meets the inside of no face. `separable`
+/// has the touches where that is not so, which other faces at the same features have as well.
+bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b,
+                            std::vector<Touch>& separable) {
   const Corners a = corners_of(sides.a, face_a, sides.start_a);
   const Corners b = corners_of(sides.b, face_b, sides.start_b);
   if (are_apart(a, b)) return false;
   const Meeting meeting = meeting_of_faces(a, b);
   if (meeting != Meeting::touch_or_apart) return meeting == Meeting::intersect_inside;
-  return any_touch(sides, face_a, face_b, [&](const Touch& touch) { return are_through_at(touch, sides); });
+  return any_touch(sides, face_a, face_b, [&](const Touch& touch) {
+    const auto is_known = [&touch](const Touch& known) { return known.is_at(touch); };
+    if (std::any_of(separable.begin(), separable.end(), is_known)) return false;
+    if (are_through_at(touch, sides)) return true;
+    separable.push_back(touch);
+    return false;
+  });
 }
 
 /// Gap along a contact's normal beyond which rounding certainly does not decide, relative to the distances.
@@ -423,8 +433,9 @@ bool are_links(const MemberContact& found) {
 bool is_tangled(const MemberContact& found, const NodeEnds& ends) {
   const Sides sides(found, ends);
   if (are_clear_along_the_normal(found, sides)) return false;
-  return any_two_faces(found, [&sides](std::uint32_t face_a, std::uint32_t face_b) {
-    return are_through_each_other(sides, face_a, face_b);
+  std::vector<Touch> separable;
+  return any_two_faces(found, [&](std::uint32_t face_a, std::uint32_t face_b) {
+    return are_through_each_other(sides, face_a, face_b, separable);
   });
 }
 

@@ -45,9 +45,9 @@ struct CrossingAnswers {
   std::uint64_t impacts = 0;     ///< pairs of features that would have met
   std::uint64_t rounds = 0;      ///< number of responses, each followed by another detection
   std::uint64_t held_nodes = 0;  ///< nodes held where the step began, after impulses and common motion did not help
-  /// Pairs of features that still cross: a massless or anchored node, or a moving rigid mesh, has met a node that
-  /// cannot give way. The log names their bodies once, by their numbers among the world's soft bodies, until they have
-  /// been apart for 64 steps. Pairs of two massless bodies are not tested.
+  /// Pairs of features that still cross: a massless or anchored node, or a kinematic mesh, has met a node that cannot
+  /// give way. The log names their bodies once, by their numbers among the world's soft bodies, until they have been
+  /// apart for 64 steps. Pairs of two massless bodies are not tested.
   std::uint64_t unavoidable = 0;
   /// Pairs of features that were released, with EdgeContacts::respond: faces at them already intersect when the step
   /// begins. The log names their bodies as for `unavoidable`.
