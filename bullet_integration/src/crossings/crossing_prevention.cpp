@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <string>
+#include <utility>
 
 #include "LinearMath/btQuickprof.h"
 #include "bodies/bounds.hpp"
@@ -271,8 +272,8 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
   return !impacts.empty();
 }
 
-void CrossingPrevention::place_ends() const {
-  for (const auto& [body, ends] : ends_) {
+void CrossingPrevention::place_ends() {
+  for (const auto& [body, ends] : std::exchange(ends_, {})) {
     set_values(*body, &btSoftBody::Node::m_x, ends);
     set_values(*body, &btSoftBody::Node::m_q, ends);
   }

@@ -58,8 +58,8 @@ class CrossingPrevention {
            const Surroundings& surroundings = {}, const TangledNodes* released = nullptr);
 
   /// Puts nodes exactly where the last run() found no crossings. Call it in the deformable world after Bullet has moved
-  /// the nodes: the sum of a node's velocities can round to another place.
-  void place_ends() const;
+  /// the nodes: the sum of a node's velocities can round to another place. Does nothing in steps without run().
+  void place_ends();
 
   /// Returns whether run() without bodies would change nothing, because there were none in the last step either.
   bool is_idle() const { return had_no_bodies(query_) && obstacles_.empty(); }
