@@ -268,7 +268,8 @@ TEST_P(RigidCrossings, ignored_pairs_masks_and_anchored_objects_are_respected) {
 /// The sides of a box, for a mesh that moves freely.
 RigidTriangles box_sides(const btVector3& half_extents) {
   const auto corner = [&](int i) {
-    return half_extents * btVector3(btScalar((i & 1) * 2 - 1), btScalar((i & 2) - 1), btScalar((i & 4) / 2 - 1));
+    const auto sign = [i](int bit) { return btScalar((i & bit) == 0 ? -1 : 1); };
+    return half_extents * btVector3(sign(1), sign(2), sign(4));
   };
   constexpr int kSides[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                                  {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
