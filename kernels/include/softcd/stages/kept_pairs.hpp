@@ -104,7 +104,7 @@ struct EscapedTriangles {
   const std::uint64_t* count;
 };
 
-/// What a group of escaped triangles has in common.
+/// A group of escaped triangles, bounded as one.
 struct EscapedGroup {
   Kdop18 volume;          ///< around all of them
   std::uint32_t classes;  ///< bits of their bodies' classes
