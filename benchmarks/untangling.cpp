@@ -29,16 +29,16 @@ struct Mode {
 };
 
 std::vector<Mode> modes() {
-  const auto of = [](bullet::Settings settings, bool untangles) {
+  const auto of = [](bullet::Settings settings, bullet::Untangle untangle) {
     settings.backend = Backend::cpu;
     settings.self_collision = bullet::SelfCollision::all;
-    settings.untangle = untangles;
+    settings.untangle = untangle;
     return settings;
   };
   return {{"Bullet", std::nullopt},
-          {"softcd", of({}, false)},
-          {"untangle, dcd", of({}, true)},
-          {"untangle, ccd", of(bullet::Settings::safe(), true)}};
+          {"softcd", of({}, bullet::Untangle::off)},
+          {"untangle, dcd", of({}, bullet::Untangle::all)},
+          {"untangle, ccd", of(bullet::Settings::safe(), bullet::Untangle::all)}};
 }
 
 struct Outcome {
@@ -122,7 +122,7 @@ CleanCost clean_cost(const char* name, Detection detection) {
   options.settings.detection = detection;
   options.settings.edge_contacts =
       detection == Detection::ccd ? bullet::EdgeContacts::respond : bullet::EdgeContacts::off;
-  options.settings.untangle = true;
+  options.settings.untangle = bullet::Untangle::all;
   const auto scene = demo::make_scene(name, options);
   constexpr int kWarmUp = 32;
   constexpr int kSteps = 160;  // searches are in one of 32

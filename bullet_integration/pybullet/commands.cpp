@@ -78,8 +78,8 @@ std::string edge_contacts(const Call& call) {
 }
 
 std::string intersecting_bodies(const Call& call) {
-  if (!call.detection().settings().untangle) {
-    throw InvalidInput("intersecting_bodies: untangle is False; attach with untangle=True.");
+  if (call.detection().settings().untangle == Untangle::off) {
+    throw InvalidInput("intersecting_bodies: untangle is off; attach with untangle=\"later\" or \"all\".");
   }
   return bytes_of_intersecting_bodies(call.detection().intersecting_bodies(), call.world());
 }

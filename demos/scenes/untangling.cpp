@@ -21,7 +21,7 @@ const Group kGroups[] = {
 constexpr btScalar kDrag = btScalar(0.02);  ///< stops bodies that have come apart
 
 SceneOptions with_untangling(SceneOptions options) {
-  options.settings.untangle = true;
+  options.settings.untangle = bullet::Untangle::all;
   return options;
 }
 

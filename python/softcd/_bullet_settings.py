@@ -57,6 +57,17 @@ class ConvexShapes(enum.Enum):
     """Also faces and edges, against corners and edges of the shapes."""
 
 
+class Untangle(enum.Enum):
+    """Which soft bodies that intersect each other, themselves or rigid meshes are moved apart."""
+
+    off = "off"
+    """None."""
+    later = "later"
+    """Those that did not intersect when both were first in the world."""
+    all = "all"
+    """Those that intersect from the start, too."""
+
+
 class ReadOut(enum.Enum):
     """What Attachment.contacts() returns."""
 
@@ -101,8 +112,8 @@ class Settings(TypedDict, total=False):
     """Whether softcd detects contacts with rigid triangle meshes."""
     convex_shapes: ConvexShapes | Literal["nodes", "faces_and_edges"]
     """Which features touch boxes, spheres and other convex shapes."""
-    untangle: bool
-    """Whether soft bodies that intersect each other, themselves or rigid meshes are moved apart."""
+    untangle: Untangle | Literal["off", "later", "all"]
+    """Which bodies that intersect are moved apart."""
     untangle_speed: float
     """The greatest speed, in metres a second, at which untangle moves a node."""
     filter_deformables: bool

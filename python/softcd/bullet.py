@@ -36,6 +36,7 @@ from ._bullet_settings import (
     ReadOut,
     SelfCollision,
     Settings,
+    Untangle,
     words_of,
 )
 from ._core import LogLevel
@@ -59,6 +60,7 @@ __all__ = [
     "Settings",
     "SoftBodies",
     "StepContacts",
+    "Untangle",
     "attach",
     "contact_dtype",
     "edge_contact_dtype",
@@ -165,7 +167,8 @@ class Attachment:
         `body_a` is a soft body's id, and `body_b` another one's, the same where it intersects itself, or a rigid body's
         with a triangle mesh; `regions` the number of parts of both surfaces on the wrong side; `steps` the steps since
         the intersection was found; `curve_length` the length in metres of the curves along which the surfaces
-        intersect. A pair that came apart is missing. Raises InvalidInput unless the setting untangle is True.
+        intersect. A pair that came apart is missing, and one that was given up for a while. Raises InvalidInput if the
+        setting untangle is off.
 
         >>> for pair in attachment.intersecting_bodies():
         ...     print(pair["body_a"], pair["body_b"], pair["curve_length"])

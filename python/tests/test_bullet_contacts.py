@@ -456,7 +456,7 @@ def test_messages_and_reports_say_what_happened(make_scene, kind):
 
 
 def test_intersecting_bodies_are_told_of_until_they_are_apart(make_scene, kind):
-    scene = make_scene(kind, untangle=True, self_collision="all")
+    scene = make_scene(kind, untangle="all", self_collision="all")
     pybullet.setGravity(0, 0, 0, physicsClientId=scene.client)
     lower = scene.add_cloth(0)
     upper = scene.add_cloth(0)
@@ -480,7 +480,7 @@ def test_intersecting_bodies_are_told_of_until_they_are_apart(make_scene, kind):
 
 
 def test_bodies_that_have_gone_are_told_of_no_more(make_scene, kind):
-    scene = make_scene(kind, untangle=True, self_collision="all", edge_contacts="report")
+    scene = make_scene(kind, untangle="all", self_collision="all", edge_contacts="report")
     pybullet.setGravity(0, 0, 0, physicsClientId=scene.client)
     scene.add_cloth(0)
     upper = scene.add_cloth(0)
@@ -494,5 +494,5 @@ def test_bodies_that_have_gone_are_told_of_no_more(make_scene, kind):
 
 
 def test_intersecting_bodies_need_untangle(make_scene, kind):
-    with pytest.raises(softcd.InvalidInput, match="untangle is False; attach with untangle=True"):
-        make_scene(kind).attachment.intersecting_bodies()
+    with pytest.raises(softcd.InvalidInput, match="untangle is off; attach with untangle="):
+        make_scene(kind, untangle="off").attachment.intersecting_bodies()

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "BulletCollision/CollisionShapes/btBoxShape.h"
 #include "BulletCollision/CollisionShapes/btSphereShape.h"
 #include "attached_worlds.hpp"
 #include "scenes/intersecting_bodies.hpp"
@@ -18,10 +19,10 @@ namespace {
 
 constexpr int kMostSteps = 200;
 
-bullet::Settings untangling(Detection detection, bool untangles = true) {
+bullet::Settings untangling(Detection detection, bullet::Untangle untangle = bullet::Untangle::all) {
   bullet::Settings settings = detection == Detection::ccd ? careful_settings() : cpu_settings();
   settings.self_collision = bullet::SelfCollision::all;
-  settings.untangle = untangles;
+  settings.untangle = untangle;
   return settings;
 }
 
@@ -177,11 +178,11 @@ INSTANTIATE_TEST_SUITE_P(Heap, Untangling,
                                           testing::Values(Detection::dcd)),
                          parameter_name);
 
-class UntanglingOff : public testing::TestWithParam<std::tuple<const char*, World>> {};
+class UntanglingOff : public testing::TestWithParam<std::tuple<const char*, World, bullet::Untangle>> {};
 
-TEST_P(UntanglingOff, leaves_bodies_through_each_other) {
-  const auto [name, world] = GetParam();
-  Tangle tangle(name, world, untangling(Detection::dcd, /*untangles=*/false));
+TEST_P(UntanglingOff, leaves_bodies_that_start_through_each_other) {
+  const auto [name, world, untangle] = GetParam();
+  Tangle tangle(name, world, untangling(Detection::dcd, untangle));
   for (int i = 0; i < kMostSteps; ++i) tangle.step();
   EXPECT_GT(tangle.edges(), 0U);
   EXPECT_TRUE(tangle.pairs().empty());
@@ -191,7 +192,8 @@ INSTANTIATE_TEST_SUITE_P(InBothKinds, UntanglingOff,
                          testing::Combine(testing::Values("crossed-cloths", "interlocked-cloths", "two-balls",
                                                           "cloth-in-ball", "sleeve", "cloth-in-mesh",
                                                           "cloth-in-free-mesh", "cloth-in-slope"),
-                                          testing::Values(World::one_line, World::deformable)));
+                                          testing::Values(World::one_line, World::deformable),
+                                          testing::Values(bullet::Untangle::off, bullet::Untangle::later)));
 
 TEST(UntanglingReport, counts_regions_lengths_and_steps) {
   Tangle tangle("two-balls", World::one_line, untangling(Detection::dcd));
@@ -259,6 +261,101 @@ TEST(UntanglingLimits, a_speed_out_of_range_is_refused) {
   bullet::Settings settings = untangling(Detection::dcd);
   settings.untangle_speed = 0;
   EXPECT_THROW(AnySimulation(World::one_line, settings), InvalidInput);
+}
+
+/// Moves a body, at rest.
+void shift(btSoftBody& body, const btVector3& offset) {
+  for (int n = 0; n < body.m_nodes.size(); ++n) {
+    body.m_nodes[n].m_x += offset;
+    body.m_nodes[n].m_q = body.m_nodes[n].m_x;
+  }
+}
+
+class UntanglingLater : public testing::TestWithParam<World> {};
+
+TEST_P(UntanglingLater, parts_bodies_that_meet_after_the_first_step) {
+  Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
+  btSoftBody& ball = *tangle.simulation().bodies()[1];
+  shift(ball, btVector3(5, 0, 0));
+  tangle.simulation().step_once();
+  shift(ball, btVector3(-5, 0, 0));
+  ASSERT_GT(tangle.edges(), 0U);
+  int steps = 0;
+  for (; steps < kMostSteps && tangle.edges() > 0; ++steps) tangle.step();
+  EXPECT_LT(steps, kMostSteps);
+}
+
+/// What comes apart and meets again is no longer as the app has placed it.
+TEST_P(UntanglingLater, parts_bodies_that_meet_again) {
+  Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
+  btSoftBody& ball = *tangle.simulation().bodies()[1];
+  for (int i = 0; i < 40; ++i) tangle.step();
+  ASSERT_GT(tangle.edges(), 0U) << "they stay where the app has placed them";
+  shift(ball, btVector3(5, 0, 0));
+  for (int i = 0; i < 40; ++i) tangle.step();
+  shift(ball, btVector3(-5, 0, 0));
+  ASSERT_GT(tangle.edges(), 0U);
+  int steps = 0;
+  for (; steps < kMostSteps && tangle.edges() > 0; ++steps) tangle.step();
+  EXPECT_LT(steps, kMostSteps);
+}
+
+INSTANTIATE_TEST_SUITE_P(InEveryWorld, UntanglingLater, kLookingWorlds, world_name);
+
+int count_contacts(Tangle& tangle) {
+  const btAlignedObjectArray<btSoftBody*>& bodies = tangle.simulation().bodies();
+  return bodies[0]->m_scontacts.size() + bodies[1]->m_scontacts.size();
+}
+
+/// Nodes beside the curves carry load. Without contacts they would follow those that have passed through.
+TEST(UntanglingLaterContacts, stay_with_the_nodes_on_their_own_side) {
+  Tangle from_start("two-balls", World::one_line, untangling(Detection::dcd));
+  from_start.simulation().step_once();
+  ASSERT_EQ(from_start.pairs().size(), 1U);
+  EXPECT_EQ(count_contacts(from_start), 0);
+
+  Tangle later("two-balls", World::one_line, untangling(Detection::dcd, bullet::Untangle::later));
+  btSoftBody& ball = *later.simulation().bodies()[1];
+  shift(ball, btVector3(5, 0, 0));
+  for (int i = 0; i < 32; ++i) later.simulation().step_once();
+  shift(ball, btVector3(-5, 0, 0));
+  later.simulation().step_once();
+  ASSERT_EQ(later.pairs().size(), 1U);
+  EXPECT_GT(count_contacts(later), 0);
+}
+
+/// Two crossed cloths of which only one node each can move.
+TEST(UntanglingAttempts, become_rare_where_nothing_gives_way) {
+  Tangle tangle("crossed-cloths", World::one_line, untangling(Detection::dcd));
+  for (int b = 0; b < 2; ++b) {
+    btSoftBody& cloth = *tangle.simulation().bodies()[b];
+    for (int n = 1; n < cloth.m_nodes.size(); ++n) cloth.setMass(n, 0);
+  }
+  int steps = 0;
+  for (int i = 0; i < kMostSteps; ++i) {
+    tangle.step();
+    steps += tangle.pairs().empty() ? 0 : 1;
+  }
+  EXPECT_GT(steps, 20) << "several attempts";
+  EXPECT_LT(steps, 40);
+}
+
+TEST(UntanglingAttempts, wake_no_body) {
+  Tangle tangle("crossed-cloths", World::one_line, untangling(Detection::dcd));
+  tangle.step();
+  ASSERT_EQ(tangle.pairs().size(), 1U);
+  btSoftBody* const cloths[] = {tangle.simulation().bodies()[0], tangle.simulation().bodies()[1]};
+  for (int b = 0; b < 2; ++b) {
+    for (int n = 1; n < cloths[b]->m_nodes.size(); ++n) cloths[b]->setMass(n, 0);
+  }
+  for (int i = 0; i < 20; ++i) tangle.step();
+  ASSERT_TRUE(tangle.pairs().empty());
+  for (btSoftBody* cloth : cloths) cloth->forceActivationState(ISLAND_SLEEPING);
+  for (int i = 0; i < 100; ++i) {
+    tangle.step();
+    EXPECT_TRUE(tangle.pairs().empty()) << "step " << i;
+  }
+  for (const btSoftBody* cloth : cloths) EXPECT_FALSE(cloth->isActive());
 }
 
 class UntanglingConvex : public testing::TestWithParam<World> {};

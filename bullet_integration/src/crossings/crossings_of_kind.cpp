@@ -30,9 +30,10 @@ void move_end(btSoftBody& body, btScalar time_step) {
   for (Node& node : span_of(body.m_nodes)) node.m_x = node.m_q + time_step * node.m_v;
 }
 
-void push(Node& node, const btVector3& velocity, const btVector3& shift, btScalar time_step) {
+btVector3 push(Node& node, const btVector3& velocity, const btVector3& shift, btScalar time_step) {
   node.m_v += velocity;
   node.m_x += time_step * velocity + shift;
+  return velocity + shift / time_step;
 }
 
 /// Applies the responses to the nodes' own velocities. These may differ from the mean ones: Bullet moves a body's nodes
@@ -73,10 +74,11 @@ void set_out(btSoftBody& body, btScalar time_step) {
   move_end(body, time_step);
 }
 
-void push(Node& node, const btVector3& velocity, const btVector3& shift, btScalar time_step) {
+btVector3 push(Node& node, const btVector3& velocity, const btVector3& shift, btScalar time_step) {
   node.m_v += velocity;
   node.m_splitv += shift / time_step;
   node.m_q += time_step * velocity + shift;
+  return velocity;
 }
 
 /// Cancels the velocity by the split velocity, which ends with the step.

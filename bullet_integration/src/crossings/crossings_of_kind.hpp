@@ -62,8 +62,9 @@ struct CrossingsOfKind {
   /// or in the deformable world of its own.
   btVector3 (*velocity_change)(const btSoftBody::Node&, const NodeStates& before, std::size_t index,
                                btScalar time_step);
-  /// Changes a node's velocity and its end accordingly, and shifts the end in this step alone.
-  void (*push)(btSoftBody::Node&, const btVector3& velocity, const btVector3& shift, btScalar time_step);
+  /// Changes a node's velocity and its end accordingly, and shifts the end in this step alone. Returns the change as
+  /// velocity_change() counts it.
+  btVector3 (*push)(btSoftBody::Node&, const btVector3& velocity, const btVector3& shift, btScalar time_step);
   /// Holds a node where the step began, with its velocity; after move_end().
   void (*hold)(btSoftBody::Node&);
   /// Called once for all bodies when the ends are final. `impacts` and `zones` are those with a response. Returns

@@ -69,6 +69,10 @@ class RegionChoice {
   std::vector<bool> has_way_;
 };
 
+bool are_same(const ProbeBodies& a, const ProbeBodies& b) {
+  return a.a == b.a && a.b == b.b;
+}
+
 /// Makes the longest direction 1 long. Returns false if there is none.
 bool normalize(WayOut& way) {
   btScalar longest = 0;
@@ -130,6 +134,7 @@ void Untangling::begin_step() {
   pairs_.clear();
   nodes_.clear();
   ways_.clear();
+  impulses_.clear();
   parts_.clear();
   ++step_;
 }
@@ -138,6 +143,7 @@ void Untangling::clear() {
   begin_step();
   known_.clear();
   known_in_meshes_.clear();
+  seen_.clear();
   near_.clear();
   step_ = 0;
 }
@@ -157,6 +163,8 @@ void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule) {
     has_news |= mirror_.member(*body).topology_changed;
   }
   if (is_search_step() || has_news) search({present.data(), present.size()}, rule);
+  seen_.clear();
+  for (const btSoftBody* body : present) seen_.push_back(mirror_.member(*body).id);
   std::vector<Pair> known;
   std::swap(known, known_);
   for (const Pair& pair : known) {
@@ -164,13 +172,43 @@ void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule) {
     const Member* const b = mirror_.find(pair.bodies.b);
     if (a == nullptr || b == nullptr || !mirror_.has(*a->body) || !mirror_.has(*b->body)) continue;
     if (a == b ? !a->settings.self_collision : !rule(*a->body, *b->body)) continue;
-    find_ways(pair, known_);
+    is_moved(pair) ? find_ways(pair, known_) : known_.push_back(pair);
   }
+}
+
+/// Returns whether this step moves the pair apart if it intersects. It does not if the settings leave the pair to the
+/// app, after a vain attempt, and if its soft bodies sleep.
+bool Untangling::is_moved(const Pair& pair) const {
+  if (pair.is_from_start && settings_.untangle != Untangle::all) return false;
+  return step_ >= pair.resumes_at && (pair.attempt_step > 0 || is_awake(pair));
+}
+
+/// Returns whether a soft body of the pair is awake.
+bool Untangling::is_awake(const Pair& pair) const {
+  const auto is_active = [this](BodyId id) {
+    const Member* const member = mirror_.find(id);
+    return member != nullptr && member->body->isActive();
+  };
+  return is_active(pair.bodies.a) || is_active(pair.bodies.b);
+}
+
+/// Notes the length of the pair's way out, and gives the pair up for a while at the end of an attempt that has not made
+/// the way shorter.
+void Untangling::judge_attempt(Pair& pair, double way) const {
+  if (pair.attempt_step == 0) pair.way_at_attempt = way;
+  if (++pair.attempt_step <= kStepsOfAttempt) return;
+  pair.attempt_step = 0;
+  if (way < pair.way_at_attempt) {
+    pair.vain_attempts = 0;
+    return;
+  }
+  constexpr unsigned kMostDoublings = 16;
+  pair.resumes_at = step_ + (kStepsBetweenSearches << std::min(pair.vain_attempts++, kMostDoublings));
 }
 
 bool Untangling::search_in_meshes(Span<const NearRigidPart> near_parts) {
   BT_PROFILE("softcd untangling");
-  std::vector<ProbeBodies> candidates;
+  std::vector<Candidate> candidates;
   std::vector<std::pair<BodyId, BodyId>> near_now;
   for (const NearRigidPart& each : near_parts) {
     const Member& soft = mirror_.member(*each.soft);
@@ -178,12 +216,10 @@ bool Untangling::search_in_meshes(Span<const NearRigidPart> near_parts) {
     if (soft.settings.kinematic && each.object->isStaticOrKinematicObject()) continue;
     near_now.emplace_back(soft.id, each.part);
     const bool is_new = std::find(near_.begin(), near_.end(), near_now.back()) == near_.end();
-    if (is_new || soft.topology_changed || is_search_step()) candidates.push_back({soft.id, each.part});
+    if (is_new || soft.topology_changed || is_search_step()) candidates.push_back({{soft.id, each.part}, is_new});
   }
   near_ = std::move(near_now);
-  const std::size_t known_before = known_in_meshes_.size();
-  search({candidates.data(), candidates.size()}, known_in_meshes_);
-  return known_in_meshes_.size() > known_before;
+  return search({candidates.data(), candidates.size()}, known_in_meshes_);
 }
 
 void Untangling::find_in_meshes(Span<const NearRigidPart> near_parts) {
@@ -194,14 +230,14 @@ void Untangling::find_in_meshes(Span<const NearRigidPart> near_parts) {
   std::swap(known, known_in_meshes_);
   for (const Pair& pair : known) {
     if (std::find(near_.begin(), near_.end(), std::pair(pair.bodies.a, pair.bodies.b)) == near_.end()) continue;
-    find_ways(pair, known_in_meshes_);
+    is_moved(pair) ? find_ways(pair, known_in_meshes_) : known_in_meshes_.push_back(pair);
   }
 }
 
 bool Untangling::knows(const btSoftBody& soft, BodyId part) const {
   return std::any_of(known_in_meshes_.begin(), known_in_meshes_.end(), [&](const Pair& pair) {
     const Member* const member = mirror_.find(pair.bodies.a);
-    return member != nullptr && member->body == &soft && pair.bodies.b == part;
+    return member != nullptr && member->body == &soft && pair.bodies.b == part && is_moved(pair);
   });
 }
 
@@ -255,32 +291,50 @@ void Untangling::add_way(WayOut way) {
 void Untangling::search(Span<btSoftBody* const> bodies, const PairRule& rule) {
   std::vector<Bounds> boxes;
   for (const btSoftBody* body : bodies) boxes.push_back(bounds_of(*body, {start_of(kind_.ends, *body)}));
-  std::vector<ProbeBodies> candidates;
+  const auto is_new = [this](const Member& member) {
+    return std::find(seen_.begin(), seen_.end(), member.id) == seen_.end();
+  };
+  std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Member& a = mirror_.member(*bodies[i]);
-    if (a.settings.self_collision) candidates.push_back({a.id, a.id});
+    if (a.settings.self_collision) candidates.push_back({{a.id, a.id}, is_new(a)});
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
       const Member& b = mirror_.member(*bodies[j]);
       if (a.settings.kinematic && b.settings.kinematic) continue;
-      if (boxes[i].overlaps(boxes[j]) && rule(*a.body, *b.body)) candidates.push_back({a.id, b.id});
+      if (boxes[i].overlaps(boxes[j]) && rule(*a.body, *b.body)) {
+        candidates.push_back({{a.id, b.id}, is_new(a) || is_new(b)});
+      }
     }
   }
+  std::erase_if(known_, [&](const Pair& pair) {
+    return !is_moved(pair) && std::none_of(candidates.begin(), candidates.end(), [&pair](const Candidate& candidate) {
+      return are_same(candidate.bodies, pair.bodies);
+    });
+  });
   search({candidates.data(), candidates.size()}, known_);
 }
 
-/// Adds the candidates that intersect. Those that are known keep their number of steps.
-void Untangling::search(Span<const ProbeBodies> candidates, std::vector<Pair>& known) {
-  const std::size_t known_before = known.size();
-  for (const ProbeBodies& bodies : candidates) {
-    const bool is_known = std::any_of(known.begin(), known.end(), [&](const Pair& pair) {
-      return pair.bodies.a == bodies.a && pair.bodies.b == bodies.b;
-    });
-    if (!is_known && probe().has_intersections(bodies)) known.push_back({bodies});
+/// Adds the candidates that intersect, and returns whether any is new. Known ones keep their number of steps. Those
+/// that the settings leave to the app, and those that wait for the next attempt, are forgotten when they have come
+/// apart.
+bool Untangling::search(Span<const Candidate> candidates, std::vector<Pair>& known) {
+  bool has_new = false;
+  for (const auto& [bodies, is_new] : candidates) {
+    const auto same = std::find_if(known.begin(), known.end(),
+                                   [&bodies = bodies](const Pair& pair) { return are_same(pair.bodies, bodies); });
+    if (same != known.end() && is_moved(*same)) continue;
+    const bool intersects = probe().has_intersections(bodies);
+    if (same == known.end() && intersects) {
+      known.push_back({bodies, is_new});
+      has_new = true;
+    } else if (same != known.end() && !intersects) {
+      known.erase(same);
+    }
   }
-  if (known.size() == known_before) return;
   std::sort(known.begin(), known.end(), [](const Pair& a, const Pair& b) {
     return std::pair(a.bodies.a.value, a.bodies.b.value) < std::pair(b.bodies.a.value, b.bodies.b.value);
   });
+  return has_new;
 }
 
 /// Finds the ways out of a pair that is known to have intersected, and notes the pair if it still does. A body that is
@@ -295,24 +349,24 @@ void Untangling::find_ways(Pair pair, std::vector<Pair>& known) {
     }
     return;
   }
-  known.push_back({pair.bodies, pair.steps + 1});
+  ++pair.steps;
+  pair.clean_steps = 0;
+  pair.moved_at = step_;
   IntersectingBodies noted{mirror_.member(pair.bodies.a).body, &object_of(pair.bodies.b)};
-  noted.steps = pair.steps + 1;
+  noted.steps = pair.steps;
   noted.regions = static_cast<std::uint32_t>(found.regions.size());
   for (const IntersectionCurve& curve : found.curves) noted.curve_length += curve.length;
   pairs_.push_back(noted);
 
-  release_curves(found);
   const RegionChoice choice(found);
+  double length = 0;
   std::map<std::uint32_t, std::vector<std::pair<WayOut, ProbePoint>>> to_body;
   for (const IntersectionRegion* region : choice.regions()) {
-    for (std::uint32_t i = 0; i < region->triangle_count; ++i) {
-      const Triangle triangle = corners_of(region->body, found.triangles[region->first_triangle + i]);
-      for (const std::uint32_t v : triangle.v) release(region->body, v, region->other);
-    }
     const btScalar margin = margin_of(region->body) + margin_of(region->other);
     for (std::uint32_t i = 0; i < region->vertex_count; ++i) {
       const RegionVertex& vertex = found.vertices[region->first_vertex + i];
+      release(region->body, vertex.vertex, region->other);
+      length += vertex.distance;
       const Vec3d target = start_of_node(region->body, vertex.vertex) + vertex.distance * vertex.direction;
       WayOut way;
       way.ends.push_back({region->body, vertex.vertex, to_bullet(vertex.direction)});
@@ -321,11 +375,17 @@ void Untangling::find_ways(Pair pair, std::vector<Pair>& known) {
     }
   }
   for (std::uint32_t curve = 0; curve < found.curves.size(); ++curve) {
+    // Contacts at the curves of bodies that intersect from the start only add energy. Where a blow has pushed nodes
+    // through, those beside them carry load. Without contacts more and more would follow.
+    if (pair.is_from_start || !choice.has_way(curve)) release(found, found.curves[curve]);
     if (choice.has_way(curve)) continue;
+    length += found.curves[curve].length;
     WayOut way = way_of_gradient(found, curve);
     if (way.ends.empty()) way = way_of_edges(found, found.curves[curve]);
     if (normalize(way)) add_way(way);
   }
+  judge_attempt(pair, length);
+  known.push_back(pair);
   // From here on `found` is no longer valid.
   for (const auto& [id, ways] : to_body) lead_to_faces(BodyId{id}, ways);
 }
@@ -389,9 +449,10 @@ WayOut Untangling::way_of_edges(const IntersectionRegions& found, const Intersec
   return way;
 }
 
-/// Releases the nodes of the edges and triangles along the curves.
-void Untangling::release_curves(const IntersectionRegions& found) {
-  for (const CurvePoint& point : found.points) {
+/// Releases the nodes of the edges and triangles along the curve.
+void Untangling::release(const IntersectionRegions& found, const IntersectionCurve& curve) {
+  for (std::uint32_t i = 0; i < curve.point_count; ++i) {
+    const CurvePoint& point = found.points[curve.first_point + i];
     for (const std::uint32_t v : point.edge) release(point.edge_body, v, point.triangle_body);
     const Triangle triangle = corners_of(point.triangle_body, point.triangle);
     for (const std::uint32_t v : triangle.v) release(point.triangle_body, v, point.edge_body);
@@ -410,10 +471,12 @@ void Untangling::note_end(const Pair& pair) const {
 void Untangling::move(const btCollisionObjectArray& objects, btScalar time_step) {
   if (pairs_.empty()) return;
   BT_PROFILE("softcd untangling");
-  NodesOnWaysOut(kind_, mirror_, objects).move(ways_, btScalar(settings_.untangle_speed) * time_step, time_step);
+  NodesOnWaysOut nodes(kind_, mirror_, objects);
+  nodes.move(ways_, btScalar(settings_.untangle_speed) * time_step, time_step);
+  impulses_ = nodes.impulses();
   for (const std::vector<Pair>* known : {&known_, &known_in_meshes_}) {
     for (const Pair& pair : *known) {
-      if (pair.clean_steps > 0) continue;
+      if (pair.moved_at != step_) continue;
       for (const BodyId id : {pair.bodies.a, pair.bodies.b}) {
         const Member* const member = mirror_.find(id);
         if (member == nullptr) continue;

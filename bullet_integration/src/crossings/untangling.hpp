@@ -18,13 +18,17 @@ namespace softcd::bullet {
 /// Probe::intersection_regions(). Contacts and prevention of crossings then release the nodes at them, because these
 /// would keep the nodes where they are. At the end, move() moves the nodes. All pairs of bodies are searched when a
 /// body is new or has other faces, and in one step of kStepsBetweenSearches. In between only pairs are searched that
-/// intersect, or did so within this number of steps. Owned by WorldQueries.
+/// intersect, or did so within this number of steps. A pair whose way out becomes no shorter is left alone for a
+/// while, which doubles each time. So what cannot come apart, such as a crumpled heap, takes little time and may fall
+/// asleep. Owned by WorldQueries.
 class Untangling {
  public:
   using Kind = CrossingsOfKind;
 
   /// A search costs about as much as a detection of contacts, which is little if it runs in one step of so many.
   static constexpr std::uint64_t kStepsBetweenSearches = 32;
+  /// A pair is given up for a while if so many steps have not brought it nearer to its way out.
+  static constexpr std::uint64_t kStepsOfAttempt = 8;
 
   /// `kind`, `mirror` and `settings` must outlive it.
   Untangling(const CrossingsOfKind& kind, WorldMirror& mirror, const Settings& settings);
@@ -55,20 +59,36 @@ class Untangling {
   bool moves(const btSoftBody& body) const;
   /// Returns the nodes that get no contacts with the bodies that they intersect.
   const TangledNodes& nodes() const { return nodes_; }
+  /// Returns the impulses of move().
+  const std::vector<CrossingImpulse>& impulses() const { return impulses_; }
   /// Returns the intersecting pairs of bodies, in the order of their ids.
   const std::vector<IntersectingBodies>& pairs() const { return pairs_; }
 
  private:
   struct Pair {
     ProbeBodies bodies;
-    std::uint64_t steps = 0;        ///< in which it intersected, since it was found
-    std::uint64_t clean_steps = 0;  ///< since then
+    bool is_from_start = false;      ///< whether it intersected when one of the bodies was new
+    std::uint64_t steps = 0;         ///< in which it intersected, since it was found
+    std::uint64_t clean_steps = 0;   ///< since then
+    std::uint64_t attempt_step = 0;  ///< in the present attempt, from 0
+    double way_at_attempt = 0;       ///< the length of the way out when the attempt began
+    unsigned vain_attempts = 0;      ///< one after another
+    std::uint64_t resumes_at = 0;    ///< the first step of the next attempt
+    std::uint64_t moved_at = 0;      ///< the last step with ways out
+  };
+
+  struct Candidate {
+    ProbeBodies bodies;
+    bool is_new;  ///< whether one of the bodies is
   };
 
   Probe& probe();
   bool is_search_step() const { return step_ % kStepsBetweenSearches == 1; }
+  bool is_moved(const Pair& pair) const;
+  bool is_awake(const Pair& pair) const;
+  void judge_attempt(Pair& pair, double way) const;
   void search(Span<btSoftBody* const> bodies, const PairRule& rule);
-  void search(Span<const ProbeBodies> candidates, std::vector<Pair>& known);
+  bool search(Span<const Candidate> candidates, std::vector<Pair>& known);
   void find_ways(Pair pair, std::vector<Pair>& known);
   void add_way(WayOut way);
   const NearRigidPart* find_part(BodyId id) const;
@@ -79,7 +99,7 @@ class Untangling {
   void release(BodyId id, std::uint32_t node, BodyId other);
   void lead_to_faces(BodyId other, const std::vector<std::pair<WayOut, ProbePoint>>& ways);
   WayOut way_of_edges(const IntersectionRegions& found, const IntersectionCurve& curve) const;
-  void release_curves(const IntersectionRegions& found);
+  void release(const IntersectionRegions& found, const IntersectionCurve& curve);
   void note_end(const Pair& pair) const;
 
   const CrossingsOfKind& kind_;
@@ -89,11 +109,13 @@ class Untangling {
   std::uint64_t step_ = 0;
   std::vector<Pair> known_;                                 ///< of soft bodies, by ids
   std::vector<Pair> known_in_meshes_;                       ///< of a soft body and a part of a mesh, by ids
+  std::vector<BodyId> seen_;                                ///< soft bodies of the last step
   std::vector<std::pair<BodyId, BodyId>> near_;             ///< soft bodies and parts that are searched already
   std::unordered_map<std::uint32_t, NearRigidPart> parts_;  ///< of this step, by ids
   std::vector<IntersectingBodies> pairs_;
   TangledNodes nodes_;
   std::vector<WayOut> ways_;
+  std::vector<CrossingImpulse> impulses_;
 };
 
 }  // namespace softcd::bullet

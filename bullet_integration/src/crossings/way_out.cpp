@@ -48,7 +48,8 @@ bool NodesOnWaysOut::look_up(const WayOut& way) {
     hold_anchored(body);
     btSoftBody::Node& node = member->node(end.node);
     const bool is_held = !body.isActive() || anchored_.count(&node) > 0;
-    moved_.push_back({&node, end.direction, node.*start_of(kind_.ends, body), is_held ? btScalar(0) : node.m_im});
+    moved_.push_back(
+        {&body, &node, end.direction, node.*start_of(kind_.ends, body), is_held ? btScalar(0) : node.m_im});
   }
   if (way.rigid.object == nullptr) return true;
   Rigid& rigid = rigid_of(*way.rigid.object);
@@ -98,7 +99,8 @@ void NodesOnWaysOut::move_along(const WayOut& way, btScalar greatest_shift, btSc
   if (!(impulse > 0) && !(shift > 0)) return;
   for (const Moved& moved : moved_) {
     const btVector3 share = moved.direction * moved.inverse_mass;
-    kind_.push(*moved.node, impulse * share, shift * share, time_step);
+    const btVector3 change = kind_.push(*moved.node, impulse * share, shift * share, time_step);
+    note_impulse(way, moved, change);
   }
   if (Rigid* const rigid = response_.rigid) {
     rigid->body->setLinearVelocity(rigid->body->getLinearVelocity() + impulse * response_.linear);
@@ -106,6 +108,16 @@ void NodesOnWaysOut::move_along(const WayOut& way, btScalar greatest_shift, btSc
     rigid->shift += (impulse * time_step + shift) * response_.linear;
     rigid->turn += (impulse * time_step + shift) * response_.angular;
   }
+}
+
+/// Notes a change of a node's velocity as an impulse from the other object of the way, if there is another one.
+void NodesOnWaysOut::note_impulse(const WayOut& way, const Moved& moved, const btVector3& change) {
+  if (!(moved.inverse_mass > 0)) return;
+  const btCollisionObject* other = way.rigid.object;
+  for (const Moved& each : moved_) {
+    if (each.body != moved.body) other = each.body;
+  }
+  if (other != nullptr) impulses_.push_back({moved.body, other, change / moved.inverse_mass});
 }
 
 /// Bullet has already moved rigid bodies in this step.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bodies/world_mirror.hpp"
+#include "crossings/crossing_impulses.hpp"
 #include "crossings/crossings_of_kind.hpp"
 
 class btRigidBody;
@@ -46,9 +47,12 @@ class NodesOnWaysOut {
       : kind_(kind), mirror_(mirror), objects_(objects) {}
 
   void move(const std::vector<WayOut>& ways, btScalar greatest_shift, btScalar time_step);
+  /// Returns what move() has given to nodes.
+  const std::vector<CrossingImpulse>& impulses() const { return impulses_; }
 
  private:
   struct Moved {
+    const btSoftBody* body;
     btSoftBody::Node* node;
     btVector3 direction;
     btVector3 start;
@@ -69,6 +73,7 @@ class NodesOnWaysOut {
   void hold_anchored(const btSoftBody& body);
   Rigid& rigid_of(const btCollisionObject& object);
   void move_along(const WayOut& way, btScalar greatest_shift, btScalar time_step);
+  void note_impulse(const WayOut& way, const Moved& moved, const btVector3& change);
   void place_rigid_bodies();
 
   const CrossingsOfKind& kind_;
@@ -79,6 +84,7 @@ class NodesOnWaysOut {
   std::unordered_set<const btSoftBody::Node*> anchored_;
   std::vector<Moved> moved_;  ///< of one way
   RigidResponse response_;    ///< of the same way
+  std::vector<CrossingImpulse> impulses_;
 };
 
 }  // namespace softcd::bullet

@@ -75,7 +75,7 @@ void Dispatcher::warn_of_missing_end() {
                              "pass through it; to prevent this ") +
                      kRemedy);
   }
-  if (settings.untangle && !std::exchange(has_warned_of_untangling_, true)) {
+  if (settings.untangle == Untangle::all && !std::exchange(has_warned_of_untangling_, true)) {
     settings.log(LogLevel::warning,
                  std::string("untangling: a softcd::bullet::Dispatcher under a world of Bullet's own is not called "
                              "after the solver, so bodies that intersect stay as they are; to move them apart ") +

@@ -137,7 +137,9 @@ bool WorldQueries::prevents_crossings(const btSoftBody& body) const {
 
 void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects,
                                      const PairGate& gate, btScalar time_step) {
-  if (settings_.untangle) untangling.run([&](Untangling& regions) { regions.move(objects, time_step); });
+  if (settings_.untangle != Untangle::off)
+    untangling.run([&](Untangling& regions) { regions.move(objects, time_step); });
+  if (untangling.get() != nullptr) read_out.add_crossings(untangling.get()->impulses(), bodies);
   if (!prevents_crossings()) return;
   const auto is_wanted = [this](const btSoftBody* body) { return prevents_crossings(*body); };
   const bool has_any = std::any_of(bodies.begin(), bodies.end(), is_wanted);

@@ -118,7 +118,7 @@ class WorldQueries {
 
  private:
   bool prevents_crossings() const { return settings_.detection == Detection::ccd || settings_.rigid_meshes; }
-  bool untangles() const { return settings_.untangle && prevents_crossings_later; }
+  bool untangles() const { return settings_.untangle != Untangle::off && prevents_crossings_later; }
   WorldPairs pairs_of(const PairGate& gate) const { return {kind_.contacts, gate, settings_}; }
   const TangledNodes* released() const { return untangling.get() != nullptr ? &untangling.get()->nodes() : nullptr; }
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);

@@ -50,6 +50,15 @@ enum class ConvexShapes : std::uint32_t {
   faces_and_edges,  ///< also faces and edges, against corners and edges of the shapes
 };
 
+/// Which soft bodies that intersect each other, themselves or rigid triangle meshes (`rigid_meshes`) are moved apart.
+/// Parts on the wrong side then get no contacts with the body that they intersect. A closed body that is inside another
+/// one without touching it stays there. Convex shapes are left to Bullet's contacts. docs/use/bullet.md has the rules.
+enum class Untangle : std::uint32_t {
+  off,
+  later,  ///< those that did not intersect when both were first in the world; the app may have meant what did
+  all,    ///< those that intersect from the start, too
+};
+
 /// The response to a step in which softcd fails with an Error or std::bad_alloc.
 enum class OnError : std::uint32_t {
   /// The step continues with Bullet's own detection, without contacts of edges and, in classic worlds, within bodies;
@@ -111,11 +120,8 @@ struct Settings {
   /// nodes that are too fast. Not for planes, ghost objects and soft bodies without faces. docs/use/bullet.md says how
   /// it works and what it does not prevent.
   ConvexShapes convex_shapes = ConvexShapes::nodes;
-  /// Whether soft bodies that intersect each other, themselves or rigid triangle meshes (`rigid_meshes`) are moved
-  /// apart. Parts on the wrong side then get no contacts with the body that they intersect. A closed body that is
-  /// inside another one without touching it stays there. Not for convex shapes, nor in a Dispatcher under a world of
-  /// Bullet's own class. docs/use/bullet.md says how it works.
-  bool untangle = false;
+  /// Which bodies that intersect are moved apart; none by a Dispatcher under a world of Bullet's own class.
+  Untangle untangle = Untangle::later;
   float untangle_speed = 1;  ///< greatest speed, m/s, at which `untangle` moves a node; above 0
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback apply to pairs of soft
   /// bodies. Bullet ignores them there; classic worlds always apply them.
@@ -146,6 +152,7 @@ inline Settings Settings::fast() {
   settings.accuracy = Accuracy::fast;
   settings.edge_contacts = EdgeContacts::off;
   settings.contacts = Contacts::closest_feature;
+  settings.untangle = Untangle::off;
   return settings;
 }
 

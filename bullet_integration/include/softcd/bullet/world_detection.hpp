@@ -104,8 +104,8 @@ class SOFTCD_EXPORT WorldDetection {
   /// Returns the counts of the last pass; all zeros if nothing would have crossed, or if the pass failed.
   CrossingAnswers crossing_answers() const;
   /// Returns the pairs of bodies that the last step was moving apart (Settings::untangle), as they were when it began.
-  /// A pair that came apart is missing. The pointers are valid as long as the bodies, the reference until the next
-  /// step.
+  /// A pair that came apart is missing, and one that was given up for a while. The pointers are valid as long as the
+  /// bodies, the reference until the next step.
   const std::vector<IntersectingBodies>& intersecting_bodies() const;
   /// Reports on contacts with rigid triangle meshes (Settings::rigid_meshes). The detector runs in steps in which boxes
   /// of such a pair overlap.
