@@ -34,7 +34,8 @@ void bind_enumerations(nb::module_& module) {
        "given.",
        "conservative where positions are float64, and in a continuous detection with margins; else precise."});
   bind<ContactRule>(module, "ContactRule", "The surface from which a vertex's margin is measured.",
-                    {"The triangle.", "Its plane, as in Bullet's deformable world."});
+                    {"The triangle.", "Its plane, as in Bullet's deformable world.",
+                     "The triangle, if it lies ahead, as in Bullet's classic worlds."});
   bind<BroadPhase>(
       module, "BroadPhase", "How candidate pairs are found. No choice ever loses one.",
       {"Virtual subdivision with exact control bits.", "One grid for the largest triangle: many more tests."});

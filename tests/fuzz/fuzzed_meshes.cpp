@@ -129,7 +129,7 @@ QueryOptions fuzzed_options(Bytes& bytes) {
   if (bytes.one_in(6))
     options.cell_size_factor = bytes.one_in(8) ? bytes.take<float>() : 0.1F * float(1 + bytes.below(40));
   if (bytes.one_in(6)) options.motion_margin = fuzzed_length(bytes);
-  if (bytes.one_in(6)) options.contact_rule = fuzzed_choice<ContactRule>(bytes, 2);
+  if (bytes.one_in(6)) options.contact_rule = fuzzed_choice<ContactRule>(bytes, 3);
   if (bytes.one_in(6)) options.step_end = fuzzed_choice<StepEnd>(bytes, 2);
   options.margins = !bytes.one_in(4);
   options.features = {!bytes.one_in(8), !bytes.one_in(8)};

@@ -192,5 +192,111 @@ TEST(SlabRule, takes_a_triangle_without_area_for_the_segment_or_point_that_it_is
   EXPECT_FALSE(contacts.empty());
 }
 
+/// Returns the largest gap along x, y or z between the boxes of ContactRule::ahead, below 0 if they overlap.
+double gap_of_boxes_ahead(const SceneBody& a, std::uint32_t vertex, const SceneBody& b, const Triangle& triangle) {
+  const double margins = 2 * (static_cast<double>(a.settings.margin) + static_cast<double>(b.settings.margin));
+  double gap = -1e9;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = [&](const Positions3& x, std::uint32_t v) { return x[v][axis]; };
+    const double motion = 3 * (at(a.x_t1, vertex) - at(a.x_t0, vertex));
+    const double lo = at(a.x_t1, vertex) + std::min(0.0, motion);
+    const double hi = at(a.x_t1, vertex) + std::max(0.0, motion);
+    double face_lo = 1e9;
+    double face_hi = -1e9;
+    double mean = 0;
+    for (const std::uint32_t v : triangle.v) {
+      face_lo = std::min(face_lo, at(b.x_t1, v));
+      face_hi = std::max(face_hi, at(b.x_t1, v));
+      mean += (at(b.x_t1, v) - at(b.x_t0, v)) / 3;
+    }
+    gap = std::max(
+        {gap, lo - (face_hi + std::max(0.0, 3 * mean)) - margins, (face_lo + std::min(0.0, 3 * mean)) - hi - margins});
+  }
+  return gap;
+}
+
+/// Returns verdicts over all pairs by ContactRule::ahead.
+Verdicts ahead_verdicts(const Scene& scene, double motion_margin) {
+  DiscreteRules rules;
+  rules.motion_margin = motion_margin;
+  Verdicts verdicts = discrete_verdicts(scene, rules);
+  constexpr double kBand = 1e-5;
+  const auto gap_of = [&](const FeaturePair& pair) {
+    if (pair.kind == ContactKind::edge_edge) return -1.0;
+    const SceneBody& b = scene[pair.body_b];
+    return gap_of_boxes_ahead(scene[pair.body_a], pair.feature_a, b, b.triangles[pair.feature_b]);
+  };
+  const auto first_not_certain = std::stable_partition(verdicts.certain.begin(), verdicts.certain.end(),
+                                                       [&](const FeaturePair& pair) { return gap_of(pair) < -kBand; });
+  for (auto pair = first_not_certain; pair != verdicts.certain.end(); ++pair) {
+    if (gap_of(*pair) <= kBand) verdicts.undecided.push_back(*pair);
+  }
+  verdicts.certain.erase(first_not_certain, verdicts.certain.end());
+  std::sort(verdicts.certain.begin(), verdicts.certain.end());
+  std::sort(verdicts.undecided.begin(), verdicts.undecided.end());
+  return verdicts;
+}
+
+/// Returns soups of small triangles that each move as a whole, up to half a triangle apart from that.
+Scene soups_in_motion(std::uint64_t seed, const std::vector<Vec3d>& motions) {
+  Scene scene;
+  for (const Vec3d& motion : motions) {
+    SoupOptions soup;
+    soup.triangle_count = 150;
+    soup.size_ratio = 8.0;
+    soup.half_extent = 1.0;
+    soup.largest = 0.4;
+    soup.joined_share = 0.5;
+    soup.seed = ++seed;
+    const Mesh mesh = triangle_soup(soup);
+    Positions3 x_t0 = jittered(mesh.positions, 0.03, seed);
+    for (Vec3d& x : x_t0) x = x - motion;
+    snap_to_grid(x_t0, 17);
+    scene.push_back({mesh.triangles, x_t0, mesh.positions, everything(0.01F * static_cast<float>(1 + scene.size()))});
+  }
+  return scene;
+}
+
+class AheadRule : public testing::TestWithParam<BroadPhase> {};
+INSTANTIATE_TEST_SUITE_P(BroadPhases, AheadRule, testing::Values(BroadPhase::exact, BroadPhase::uniform));
+
+TEST_P(AheadRule, finds_what_lies_ahead_among_what_the_motion_margin_finds) {
+  const std::vector<std::vector<Vec3d>> motions = {
+      {{0.5, 0, 0}, {0, 0, 0}}, {{0.4, 0.1, 0}, {-0.3, 0, 0.2}}, {{0, -0.3, 0}, {0, -0.3, 0.01}, {0, 0.02, 0}}};
+  for (const std::vector<Vec3d>& each : motions) {
+    const Scene scene = soups_in_motion(20, each);
+    for (const float motion_margin : {0.5F, 2.0F, 4.0F}) {
+      PipelineOptions options = test_options(Detection::dcd, GetParam());
+      options.motion_margin = motion_margin;
+      const std::size_t around = detect_once(scene, options).size();
+      options.contact_rule = ContactRule::ahead;
+      const std::vector<Contact> contacts = detect_once(scene, options);
+      const Difference difference =
+          compare(ahead_verdicts(scene, static_cast<double>(motion_margin)), features_of(contacts));
+      EXPECT_TRUE(agrees(difference)) << describe(difference);
+      EXPECT_LT(contacts.size(), around);
+      EXPECT_GT(contacts.size(), 1000U);
+    }
+  }
+}
+
+// All that the margins alone find lies ahead.
+TEST(AheadRule, is_the_distance_without_a_motion_margin) {
+  const Scene scene = soups_in_motion(40, {{0.5, 0, 0}, {0, -0.2, 0}});
+  PipelineOptions options = test_options(Detection::dcd);
+  const std::vector<Contact> by_distance = detect_once(scene, options);
+  EXPECT_FALSE(by_distance.empty());
+  options.contact_rule = ContactRule::ahead;
+  EXPECT_TRUE(identical(detect_once(scene, options), by_distance));
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    PipelineOptions edges = test_options(detection);
+    edges.motion_margin = 1.0F;
+    edges.features.vertex_triangle = detection == Detection::ccd;
+    const std::vector<Contact> found = detect_once(scene, edges);
+    edges.contact_rule = ContactRule::ahead;
+    EXPECT_TRUE(identical(detect_once(scene, edges), found));
+  }
+}
+
 }  // namespace
 }  // namespace softcd::test

@@ -92,7 +92,7 @@ TEST(Options, are_refused_by_name_value_and_range) {
   EXPECT_EQ(problem_of(options), "motion_margin is -1, but must be finite and at least 0");
   options.contact_rule = ContactRule{7};
   options.motion_margin = 0;
-  EXPECT_EQ(problem_of(options), "contact_rule is 7, which is none of its values; they count from 0 to 1");
+  EXPECT_EQ(problem_of(options), "contact_rule is 7, which is none of its values; they count from 0 to 2");
   SceneOptions scene_options;
   scene_options.cuda_device = -2;
   EXPECT_EQ(problem_of(scene_options), "cuda_device is -2, but must be at least -1");

@@ -33,6 +33,7 @@ std::ostream& operator<<(std::ostream& out, const Rules& rules) {
 constexpr std::array kRules{Rules{"dcd", Detection::dcd, ContactRule::distance, 0.03125F, 0.0F},
                             Rules{"slab", Detection::dcd, ContactRule::slab, 0.03125F, 0.0F},
                             Rules{"motion_margin", Detection::dcd, ContactRule::distance, 0.0078125F, 0.25F},
+                            Rules{"ahead", Detection::dcd, ContactRule::ahead, 0.0078125F, 2.0F},
                             Rules{"ccd", Detection::ccd, ContactRule::distance, 0.0F, 0.0F},
                             Rules{"ccd_with_margin", Detection::ccd, ContactRule::distance, 0.03125F, 0.0F}};
 

@@ -59,13 +59,15 @@ PipelineOptions alone(const QueryOptions& query) {
 
 TEST(Queries, of_one_scene_find_what_each_would_alone) {
   FilledScene filled(three_soups());
-  std::vector<QueryOptions> all(6);
+  std::vector<QueryOptions> all(7);
   all[1].detection = Detection::ccd;
   all[2].motion_margin = 2.0F;
   all[3].contact_rule = ContactRule::slab;
   all[4].detection = Detection::ccd;
   all[4].accuracy = Accuracy::conservative;
   all[5].features = {true, false};
+  all[6].motion_margin = 2.0F;
+  all[6].contact_rule = ContactRule::ahead;
   std::vector<Query> queries;
   for (const QueryOptions& options : all) queries.emplace_back(filled.scene, options);
   for (int round = 0; round < 3; ++round) {

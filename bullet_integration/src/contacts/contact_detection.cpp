@@ -5,6 +5,7 @@
 
 #include "LinearMath/btQuickprof.h"
 #include "bodies/query_options.hpp"
+#include "native/native_trees.hpp"
 #include "softcd/core/parallel.hpp"
 
 // The libraries of both precisions define this function. So the linker refuses a program that contains parts of both,
@@ -69,6 +70,17 @@ void ContactDetection::read(Span<btSoftBody* const> bodies) {
     mirror_.require(*body, needs_both_ends());
     bodies_.push_back(body);
   }
+  choose_rule();
+}
+
+/// Chooses ContactRule::ahead if it finds all contacts that are in Bullet's boxes, else ContactRule::distance.
+void ContactDetection::choose_rule() {
+  QueryOptions options = kind_.options(settings_);
+  if (options.contact_rule != ContactRule::ahead) return;
+  const bool is_complete =
+      std::all_of(bodies_.begin(), bodies_.end(), [](const btSoftBody* body) { return leaves_lie_ahead(*body); });
+  if (!is_complete) options.contact_rule = ContactRule::distance;
+  if (query_.options().contact_rule != options.contact_rule) query_.set_options(options);
 }
 
 void ContactDetection::start(const PairRule& rule) {

@@ -40,6 +40,7 @@ class ContactDetection {
 
  private:
   bool needs_both_ends() const;
+  void choose_rule();
   bool looks_for_tangles() const;
   bool has_begun_before(const Contact& contact) const;
   void find_spoilt(Span<const Contact> contacts);

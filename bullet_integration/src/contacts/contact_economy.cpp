@@ -56,7 +56,7 @@ ContactEconomy::ContactEconomy(const ContactsOfKind& kind, const Settings& setti
       settings_(settings),
       wants_closest_(wants_closest(kind, settings)),
       chooses_edges_(wants_closest_ && settings.edge_contacts == EdgeContacts::respond &&
-                     kind.options(settings).contact_rule == ContactRule::distance) {}
+                     kind.options(settings).contact_rule != ContactRule::slab) {}
 
 bool ContactEconomy::are_of_one_choice(const Contact& a, const Contact& b) const {
   return chooses() && a.feature_a == b.feature_a && a.body_a == b.body_a && a.body_b == b.body_b &&

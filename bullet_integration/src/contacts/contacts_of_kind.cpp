@@ -10,6 +10,7 @@ QueryOptions classic_options(const Settings& settings) {
   QueryOptions options = query_options(settings);
   options.detection = settings.detection;
   options.motion_margin = settings.detection == Detection::dcd ? kBulletMotionMargin : 0.0F;
+  options.contact_rule = ContactRule::ahead;
   return options;
 }
 

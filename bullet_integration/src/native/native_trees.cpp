@@ -9,6 +9,7 @@
 #include "native/arrays.hpp"
 #include "native/tree_shape.hpp"
 #include "softcd/bullet/world_detection.hpp"
+#include "softcd/stages/boxes_ahead.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -293,6 +294,21 @@ btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Node& node) 
 
 btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Face& face) {
   return predicted_leaf(body, volume_of(face), (face.m_n[0]->m_v + face.m_n[1]->m_v + face.m_n[2]->m_v) / 3);
+}
+
+bool leaves_lie_ahead(const btSoftBody& body) {
+  if (!body.isActive()) return true;
+  const btScalar slack = (btScalar(kAheadMargins) - kLeafMargin) * body.getCollisionShape()->getMargin();
+  const auto largest = [](const btVector3& v) {
+    const btVector3 magnitudes = v.absolute();
+    return magnitudes[magnitudes.maxAxis()];
+  };
+  constexpr btScalar kRounding = 16 * SIMD_EPSILON;
+  const Span<const btSoftBody::Node> nodes = span_of(body.m_nodes);
+  return std::all_of(nodes.begin(), nodes.end(), [&](const btSoftBody::Node& node) {
+    const btVector3 difference = body.m_sst.velmrg * node.m_v - btScalar(kAheadMotion) * (node.m_x - node.m_q);
+    return largest(difference) + kRounding * (largest(node.m_x) + largest(node.m_q)) <= slack;
+  });
 }
 
 void refit_classic_trees(btSoftBody& body) {

@@ -109,6 +109,9 @@ void refit_deformable_trees(btSoftBody& body);
 /// 1.25 times the body's margin and by the motion of three steps.
 btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Node& node);
 btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Face& face);
+/// Returns whether the boxes of ContactRule::ahead contain the body's leaves. They do not if the prediction has moved
+/// nodes otherwise than by their velocities, as shape matching does, by most of a margin.
+bool leaves_lie_ahead(const btSoftBody& body);
 
 /// Refits node and face tree as Bullet's prediction in classic worlds does. The body has a face tree.
 void refit_classic_trees(btSoftBody& body);

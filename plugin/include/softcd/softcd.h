@@ -320,7 +320,8 @@ enum {
 typedef uint32_t softcd_contact_rule;
 enum {
   SOFTCD_DISTANCE = 0, /**< at most a margin apart */
-  SOFTCD_SLAB = 1      /**< Bullet's rule for deformable bodies: at most a margin from the triangle's plane */
+  SOFTCD_SLAB = 1,     /**< Bullet's rule for deformable bodies: at most a margin from the triangle's plane */
+  SOFTCD_AHEAD = 2     /**< Bullet's rule for classic soft bodies: of what motion_margin finds, what lies ahead */
 };
 
 /** An end of the step. */

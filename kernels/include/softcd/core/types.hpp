@@ -48,6 +48,11 @@ enum class ContactRule : std::uint32_t {
   /// Only vertices at most sqrt(5) margins from the triangle count. This excludes none unless the square of an edge
   /// exceeds four times the area. A triangle without area is compared by distance.
   slab,
+  /// Bullet's rule for its classic soft bodies. The distance counts, but of what is near by QueryOptions::motion_margin
+  /// only what lies ahead: boxes at t1 must meet. The vertex's box reaches ahead by three times its motion from t0 to
+  /// t1, the triangle's by three times the mean motion of its corners. Both are grown by twice their body's margin.
+  /// Boxes that are apart by a rounding may count as meeting.
+  ahead,
 };
 
 /// The search for candidate triangle pairs. No choice ever loses one; see docs/inside/grid.md.

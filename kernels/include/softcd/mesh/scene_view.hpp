@@ -160,6 +160,9 @@ struct SceneView {
   /// rounding may turn the plane of a small triangle by any angle.
   SOFTCD_HD bool has_certain_slabs() const { return contact_rule == ContactRule::slab && full_t1 == nullptr; }
 
+  /// Returns whether contacts must lie ahead: see ContactRule::ahead. Without a motion margin all do.
+  SOFTCD_HD bool looks_ahead() const { return contact_rule == ContactRule::ahead && motion_margin > 0.0F; }
+
   /// Returns the distance within which features with this margin can be in contact.
   SOFTCD_HD float contact_distance(float margin) const {
     return contact_rule == ContactRule::slab ? outward_up(kSlabFactor * margin) : margin;

@@ -201,7 +201,7 @@ class NarrowPhaseStages {
   template <class Find, class Candidates>
   void find_candidates_of(const char* label, Count items, const Find& find, Candidates& candidates) {
     const auto find_all = [&] {
-      if (scene_.filters.are_set) {
+      if (scene_.filters.are_set || scene_.looks_ahead()) {
         backend_.for_each_part_filtered(label, items, WithFilters<Find>{find}, candidates.appender(counters_));
       } else {
         backend_.for_each_part_filtered(label, items, find, candidates.appender(counters_));

@@ -3,10 +3,11 @@
 #include <cstdint>
 
 #include "softcd/math/closest_point.hpp"
+#include "softcd/stages/boxes_ahead.hpp"
 #include "softcd/stages/feature_pairs.hpp"
 
-/// Excludes candidates wherever they are: by their vertices' groups and masks, or because they are near on their mesh
-/// or at rest.
+/// Excludes candidates by their vertices' groups and masks, because they are near on their mesh or at rest, or because
+/// they do not lie ahead (ContactRule::ahead).
 namespace softcd {
 
 /// Whether the filters allow two features to touch.
@@ -78,8 +79,32 @@ struct FilterTest {
   }
 };
 
+/// Returns false only if ContactRule::ahead excludes contacts of all these vertices with the triangle. What is within
+/// twice the margins always lies ahead.
+template <int kVertices>
+SOFTCD_HD bool may_lie_ahead(const SceneView& scene, const std::uint32_t (&vertices)[kVertices],
+                             const Triangle& triangle, const FeatureReach& reach) {
+  if (!scene.looks_ahead()) return true;
+  const float margins =
+      scene.bodies[scene.vertex_body[vertices[0]]].margin + scene.bodies[scene.vertex_body[triangle.v[0]]].margin;
+  return reach.margin <= kAheadMargins * margins || may_meet_ahead(scene, vertices, triangle, margins);
+}
+
+/// Clears the corners of two triangles that need no test, because none lies ahead.
+SOFTCD_HD inline void leave_out_behind(const SceneView& scene, FeatureWork<ContactKind::vertex_triangle>& work) {
+  if (work.part_count() == 0) return;
+  if (!may_lie_ahead(scene, work.corners_a.v, work.corners_b, work.reach_a)) work.owned_a = 0;
+  if (!may_lie_ahead(scene, work.corners_b.v, work.corners_a, work.reach_b)) work.owned_b = 0;
+}
+template <class Item>
+SOFTCD_HD void leave_out_behind(const SceneView& /*scene*/, Item& /*item*/) {}
+
 template <ContactKind kKind, bool kSwept>
 SOFTCD_HD bool filters_allow(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate& candidate) {
+  if constexpr (kKind == ContactKind::vertex_triangle) {
+    const std::uint32_t(&v)[4] = candidate.vertices.v;
+    if (!may_lie_ahead(test.scene, {v[0]}, Triangle{{v[1], v[2], v[3]}}, candidate.reach)) return false;
+  }
   return FilterTest<kKind>{test.scene}.may_touch(candidate.vertices);
 }
 
@@ -87,6 +112,11 @@ SOFTCD_HD bool filters_allow(const FeatureTest<kKind, kSwept>& test, const Featu
 /// so that detections without filters do not pay for its registers.
 template <class Find>
 struct WithFilters : Find {
+  SOFTCD_HD typename Find::Item load_item(std::uint32_t i) const {
+    typename Find::Item item = Find::load_item(i);
+    leave_out_behind(this->feature_test.scene, item);
+    return item;
+  }
   template <class Candidates>
   SOFTCD_HD void test(const FeatureCandidate& candidate, Candidates& candidates) const {
     if (this->feature_test.keeps(candidate)) append(candidate, candidates);

@@ -104,7 +104,8 @@ template <>
 inline constexpr ValueRange kRangeOf<&QueryOptions::motion_margin> = {.least = 0};
 template <>
 inline constexpr auto kHelpOf<&QueryOptions::contact_rule> =
-    "A vertex's margin is measured from the triangle (distance) or from its plane (slab)";
+    "A vertex's margin is measured from the triangle (distance) or from its plane (slab); its motion margin may count "
+    "only towards what lies ahead (ahead)";
 template <>
 inline constexpr auto kHelpOf<&QueryOptions::step_end> = "The end of the step that dcd uses";
 template <>
