@@ -99,11 +99,11 @@ btScalar inverse_mass_of_edge(const EdgeOnFace& edge) {
   return inverse_mass;
 }
 
-/// Returns whether all velocities are finite. Bullet's deformable response would spread other values, even from a node
-/// with weight 0.
-bool have_velocities(const btSoftBody::Node& node, const btSoftBody::Face& face) {
-  return std::isfinite(node.m_v.length2()) &&
-         std::all_of(std::begin(face.m_n), std::end(face.m_n),
+/// Returns whether the velocities of all nodes are finite. Bullet's deformable response would spread other values, even
+/// from a node with weight 0.
+template <int kCount>
+bool have_velocities(btSoftBody::Node* const (&nodes)[kCount]) {
+  return std::all_of(std::begin(nodes), std::end(nodes),
                      [](const auto* each) { return std::isfinite(each->m_v.length2()); });
 }
 
@@ -156,9 +156,9 @@ btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node& node) {
 bool has_face_near(const WorldMirror::Member& member, std::uint32_t node, std::uint32_t face) {
   const std::vector<Triangle>& triangles = member.mesh.triangles;
   const auto box = [&](std::uint32_t each) { return box_of(*member.body, member.face(each)); };
-  const Span<const std::uint32_t> faces = member.mesh.faces_at(node);
-  return std::any_of(faces.begin(), faces.end(), [&](std::uint32_t other) {
-    return !share_vertex(triangles[other], triangles[face]) && Intersect(box(other), box(face));
+  const Span<const FaceAtNode> faces = member.mesh.faces_at(node);
+  return std::any_of(faces.begin(), faces.end(), [&](const FaceAtNode& at_node) {
+    return !share_vertex(triangles[at_node.face], triangles[face]) && Intersect(box(at_node.face), box(face));
   });
 }
 
@@ -242,8 +242,8 @@ bool starts_through(const MemberContact& found) {
   const NodePosition start_b = start_of(kClassicEnds, *found.b.body);
   const auto corner = [&](int i) { return to_doubles(found.face().m_n[i]->*start_b); };
   const Gate gate{{corner(0), corner(1), corner(2)}};
-  for (const std::uint32_t face : found.a.mesh.faces_at(found.contact.feature_a)) {
-    const Triangle at_node = found.a.mesh.corners(face);
+  for (const FaceAtNode& face : found.a.mesh.faces_at(found.contact.feature_a)) {
+    const Triangle at_node = found.a.mesh.corners(face.face);
     Vec3d y[3];
     bool is_above[3];
     for (int k = 0; k < 3; ++k) {
@@ -382,7 +382,8 @@ std::optional<btSoftBody::DeformableFaceNodeContact> DeformableContacts::contact
   btSoftBody::Face& face = found.face();
   btSoftBody::Node& node = found.node(0);
   const btVector3 weights = triangle_weights(found.contact.weights);
-  if (!have_velocities(node, face) || !(node.m_im + inverse_mass_of(face, weights) > 0)) return std::nullopt;
+  if (!have_velocities({&node}) || !have_velocities(face.m_n) || !(node.m_im + inverse_mass_of(face, weights) > 0))
+    return std::nullopt;
   btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(*found.a.body, node, *found.b.body, face);
   deformable.m_bary = weights;
   deformable.m_normal = deformable_normal(found, node, face);
@@ -399,9 +400,10 @@ void DeformableContacts::add_edges(const MemberContact& found, const AnchoredNod
                                    SolverContactBatch<Entry>& out) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
-  if (!have_velocities(*edge.nodes[0], *edge.face) || !have_velocities(*edge.nodes[1], *edge.face)) return;
+  if (!have_velocities(edge.nodes) || !have_velocities(edge.face->m_n)) return;
+  const btScalar face_inverse_mass = inverse_mass_of(*edge.face, edge.weights);
   for (int side = 0; side < 2; ++side) {
-    if (!(edge.nodes[side]->m_im + inverse_mass_of(*edge.face, edge.weights) > 0)) continue;
+    if (!(edge.nodes[side]->m_im + face_inverse_mass > 0)) continue;
     if (anchored.has_one_of(*edge.nodes[side], *edge.face)) continue;
     btSoftBody::DeformableFaceNodeContact deformable =
         deformable_contact(*edge.node_body, *edge.nodes[side], *edge.face_body, *edge.face);

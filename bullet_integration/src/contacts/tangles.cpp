@@ -139,20 +139,20 @@ Meeting meeting_of_faces(const Corners& a, const Corners& b) {
   return intersect ? Meeting::intersect_inside : Meeting::touch_or_apart;
 }
 
-/// Returns whether `holds` for one of the body's faces that have both nodes.
+/// Returns whether `holds` for one of the body's faces that have both nodes, which may be the same.
 template <class Predicate>
 bool any_face_with(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other, Predicate holds) {
-  const Span<const std::uint32_t> faces = mesh.faces_at(node);
-  return std::any_of(faces.begin(), faces.end(),
-                     [&](std::uint32_t face) { return has_vertex(mesh.corners(face), other) && holds(face); });
+  const Span<const FaceAtNode> faces = mesh.faces_at(node);
+  return std::any_of(faces.begin(), faces.end(), [&](const FaceAtNode& at_node) {
+    return (other == node || at_node.has(other)) && holds(at_node);
+  });
 }
 
 /// Returns whether `holds` for a node, other than these two, of a face that has both.
 template <class Predicate>
 bool any_other_corner(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other, Predicate holds) {
-  return any_face_with(mesh, node, other, [&](std::uint32_t face) {
-    const Triangle triangle = mesh.corners(face);
-    return std::any_of(std::begin(triangle.v), std::end(triangle.v),
+  return any_face_with(mesh, node, other, [&](const FaceAtNode& at_node) {
+    return std::any_of(std::begin(at_node.others), std::end(at_node.others),
                        [&](std::uint32_t corner) { return corner != node && corner != other && holds(corner); });
   });
 }
@@ -167,13 +167,14 @@ bool any_two_faces(const MemberContact& found, Predicate holds) {
   const std::uint32_t end_of_a = contact.vertices[is_vertex ? 0 : 1];
 
   const auto holds_for_one_at_a = [&](std::uint32_t face_b) {
-    return any_face_with(a.mesh, contact.vertices[0], end_of_a, [&](std::uint32_t face_a) {
-      const bool are_neighbours = &a == &b && share_vertex(a.mesh.corners(face_a), b.mesh.corners(face_b));
-      return !are_neighbours && holds(face_a, face_b);
+    return any_face_with(a.mesh, contact.vertices[0], end_of_a, [&](const FaceAtNode& at_a) {
+      const bool are_neighbours = &a == &b && share_vertex(a.mesh.corners(at_a.face), b.mesh.corners(face_b));
+      return !are_neighbours && holds(at_a.face, face_b);
     });
   };
   if (is_vertex) return holds_for_one_at_a(contact.feature_b);
-  return any_face_with(b.mesh, contact.vertices[2], contact.vertices[3], holds_for_one_at_a);
+  return any_face_with(b.mesh, contact.vertices[2], contact.vertices[3],
+                       [&](const FaceAtNode& at_b) { return holds_for_one_at_a(at_b.face); });
 }
 
 /// The faces around a point of a mesh: all faces that have the smallest feature with the point.
@@ -193,11 +194,11 @@ Fan fan_of(const WorldMirror::Member& member, const std::vector<std::uint32_t>& 
     return std::find(feature.begin(), feature.end(), node) != feature.end();
   };
   Fan fan;
-  any_face_with(member.mesh, feature[0], feature.back(), [&](std::uint32_t face) {
-    const Triangle triangle = member.mesh.corners(face);
+  any_face_with(member.mesh, feature[0], feature.back(), [&](const FaceAtNode& at_node) {
+    const Triangle triangle = member.mesh.corners(at_node.face);
     const std::uint32_t(&v)[3] = triangle.v;
     if (std::count_if(std::begin(v), std::end(v), is_of_feature) < std::ptrdiff_t(feature.size())) return false;
-    const Corners corners = corners_of(member, face, position);
+    const Corners corners = corners_of(member, at_node.face, position);
     fan.triangles.push_back(triangle);
     fan.faces.push_back(corners);
     for (std::size_t i = 0; i < 3; ++i) {
