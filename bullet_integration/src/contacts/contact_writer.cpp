@@ -155,10 +155,11 @@ btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node& node) {
 /// near it and shares no node with it. Nodes without faces do not touch their own body's faces.
 bool has_face_near(const WorldMirror::Member& member, std::uint32_t node, std::uint32_t face) {
   const std::vector<Triangle>& triangles = member.mesh.triangles;
-  const auto box = [&](std::uint32_t each) { return box_of(*member.body, member.face(each)); };
+  const btDbvtVolume box = box_of(*member.body, member.face(face));
   const Span<const FaceAtNode> faces = member.mesh.faces_at(node);
   return std::any_of(faces.begin(), faces.end(), [&](const FaceAtNode& at_node) {
-    return !share_vertex(triangles[at_node.face], triangles[face]) && Intersect(box(at_node.face), box(face));
+    return !share_vertex(triangles[at_node.face], triangles[face]) &&
+           Intersect(box_of(*member.body, member.face(at_node.face)), box);
   });
 }
 

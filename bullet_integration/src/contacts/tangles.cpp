@@ -394,33 +394,24 @@ constexpr double kClearGap = 1e-12;
 
 /// Returns whether a gap along the contact's normal certainly separates all faces at one feature from all faces at the
 /// other. Then none of them have points in common.
-bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides) {
+bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides, FirstFan& first) {
+  first.read(found, sides.start_a);
   const Contact& contact = found.contact;
   const std::uint32_t(&v)[4] = contact.vertices;
-  const bool is_vertex = contact.kind == ContactKind::vertex_triangle;
   const Vec3d normal = vec3_cast<double>(contact.normal);
-  const std::uint32_t count_a = is_vertex ? 1 : 2;
-  const Vec3d origin = sides.a.place(v[0], sides.start_a);
-  double extent = 0;
-  const auto height_of = [&](Vec3d place) {
-    const Vec3d offset = place - origin;
-    extent = std::max(extent, max_norm(offset));
-    return dot(offset, normal);
-  };
-
+  double extent = first.extent();
   double highest_of_b = -std::numeric_limits<double>::infinity();
   const auto raise = [&](std::uint32_t node) {
-    highest_of_b = std::max(highest_of_b, height_of(sides.b.place(node, sides.start_b)));
+    const Vec3d offset = sides.b.place(node, sides.start_b) - first.origin();
+    extent = std::max(extent, max_norm(offset));
+    highest_of_b = std::max(highest_of_b, dot(offset, normal));
     return false;
   };
-  for (std::uint32_t i = count_a; i < 4; ++i) raise(v[i]);
-  if (!is_vertex) any_other_corner(found.b.mesh, v[2], v[3], raise);
-  const auto is_in_the_way = [&](std::uint32_t node) {
-    const double gap = height_of(sides.a.place(node, sides.start_a)) - highest_of_b;
-    return !(gap > kClearGap * extent);
-  };
-  return !is_in_the_way(v[0]) && !is_in_the_way(v[count_a - 1]) &&
-         !any_other_corner(found.a.mesh, v[0], v[count_a - 1], is_in_the_way);
+  for (int i = vertices_of_a(contact); i < 4; ++i) raise(v[i]);
+  if (contact.kind == ContactKind::edge_edge) any_other_corner(found.b.mesh, v[2], v[3], raise);
+  const std::vector<Vec3d>& offsets = first.offsets();
+  return std::all_of(offsets.begin(), offsets.end(),
+                     [&](Vec3d offset) { return dot(offset, normal) - highest_of_b > kClearGap * extent; });
 }
 
 /// Returns whether both features are links, for which intersections cannot be decided. A body has either links or
@@ -431,9 +422,39 @@ bool are_links(const MemberContact& found) {
 
 }  // namespace
 
+void FirstFan::read(const MemberContact& found, NodePosition start) {
+  const std::uint32_t(&v)[4] = found.contact.vertices;
+  const std::uint32_t end = found.contact.kind == ContactKind::vertex_triangle ? v[0] : v[1];
+  if (member_ == &found.a && ends_[0] == v[0] && ends_[1] == end) return;
+  member_ = &found.a;
+  ends_[0] = v[0];
+  ends_[1] = end;
+  nodes_.clear();
+  offsets_.clear();
+  extent_ = 0;
+  origin_ = found.a.place(v[0], start);
+  add(v[0], start);
+  if (end != v[0]) add(end, start);
+  any_other_corner(found.a.mesh, v[0], end, [&](std::uint32_t corner) {
+    if (std::find(nodes_.begin(), nodes_.end(), corner) == nodes_.end()) add(corner, start);
+    return false;
+  });
+}
+
+void FirstFan::add(std::uint32_t node, NodePosition start) {
+  nodes_.push_back(node);
+  offsets_.push_back(member_->place(node, start) - origin_);
+  extent_ = std::max(extent_, max_norm(offsets_.back()));
+}
+
 bool is_tangled(const MemberContact& found, const NodeEnds& ends) {
+  FirstFan first;
+  return is_tangled(found, ends, first);
+}
+
+bool is_tangled(const MemberContact& found, const NodeEnds& ends, FirstFan& first) {
   const Sides sides(found, ends);
-  if (are_clear_along_the_normal(found, sides)) return false;
+  if (are_clear_along_the_normal(found, sides, first)) return false;
   std::vector<Touch> separable;
   return any_two_faces(found, [&](std::uint32_t face_a, std::uint32_t face_b) {
     return are_through_each_other(sides, face_a, face_b, separable);
