@@ -52,16 +52,14 @@ struct EdgeOnFace {
   btVector3 normal;  ///< towards the nodes' edge
 };
 
-/// Returns the inverse mass of the edge whose nodes are those of the contact from `first` on.
-btScalar inverse_mass_at(const MemberContact& found, int first) {
-  btScalar inverse_mass = 0;
-  for (int i = first; i < first + 2; ++i) inverse_mass += btScalar(found.contact.weights[i]) * found.node(i).m_im;
-  return inverse_mass;
-}
-
 EdgeOnFace edge_on_face(const MemberContact& found) {
   const Contact& contact = found.contact;
-  const bool is_swapped = inverse_mass_at(found, 0) < inverse_mass_at(found, 2);
+  const float(&w)[4] = contact.weights;
+  btSoftBody::Node* const nodes[4] = {&found.node(0), &found.node(1), &found.node(2), &found.node(3)};
+  const auto inverse_mass_at = [&](int first) {
+    return btScalar(w[first]) * nodes[first]->m_im + btScalar(w[first + 1]) * nodes[first + 1]->m_im;
+  };
+  const bool is_swapped = inverse_mass_at(0) < inverse_mass_at(2);
   const WorldMirror::Member& node_side = is_swapped ? found.b : found.a;
   const WorldMirror::Member& face_side = is_swapped ? found.a : found.b;
   const int first_node = is_swapped ? 2 : 0;
@@ -74,14 +72,15 @@ EdgeOnFace edge_on_face(const MemberContact& found) {
   const std::uint32_t edge = is_swapped ? contact.feature_a : contact.feature_b;
   result.face = &face_side.face_at_edge(edge, contact.vertices + first_corner);
   result.weights.setZero();
+  for (int i = first_corner; i < first_corner + 2; ++i) {
+    int corner = 0;  // the first, as the face of a link of two nodes has one of them twice
+    while (result.face->m_n[corner] != nodes[i]) ++corner;
+    result.weights[corner] = btScalar(w[i]);
+  }
   btVector3 point(0, 0, 0);
   for (int i = 0; i < 2; ++i) {
-    const auto corner =
-        std::find(std::begin(result.face->m_n), std::end(result.face->m_n), &found.node(first_corner + i));
-    result.weights[static_cast<int>(corner - std::begin(result.face->m_n))] =
-        btScalar(contact.weights[first_corner + i]);
-    result.nodes[i] = &found.node(first_node + i);
-    result.node_weights[i] = btScalar(contact.weights[first_node + i]);
+    result.nodes[i] = nodes[first_node + i];
+    result.node_weights[i] = btScalar(w[first_node + i]);
     point += result.nodes[i]->m_x * result.node_weights[i];
   }
   for (int i = 0; i < 2; ++i) result.further[i] = result.normal.dot(result.nodes[i]->m_x - point);
