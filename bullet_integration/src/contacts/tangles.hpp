@@ -38,7 +38,7 @@ class FirstFan {
   std::uint32_t ends_[2] = {};  ///< of the feature, twice the same for a vertex
   std::vector<std::uint32_t> nodes_;
   std::vector<Vec3d> offsets_;
-  Vec3d origin_;
+  Vec3d origin_{0, 0, 0};
   double extent_ = 0;
 };
 
