@@ -81,9 +81,9 @@ bool is_closed_at_edges(const BodyMesh& mesh) {
       if (mesh.faces_at(from).size() > kMostFacesAtNode) return false;
       int along = 0;
       int against = 0;
-      for (const std::uint32_t face : mesh.faces_at(from)) {
-        along += has_side(mesh.triangles[face], from, to) ? 1 : 0;
-        against += has_side(mesh.triangles[face], to, from) ? 1 : 0;
+      for (const FaceAtNode& at_node : mesh.faces_at(from)) {
+        along += has_side(mesh.triangles[at_node.face], from, to) ? 1 : 0;
+        against += has_side(mesh.triangles[at_node.face], to, from) ? 1 : 0;
       }
       if (along != 1 || against != 1) return false;
     }
@@ -144,17 +144,22 @@ void add_faces_of_nodes(BodyMesh& mesh) {
   const auto first_segment = static_cast<std::uint32_t>(mesh.triangles.size());
   const auto for_each_corner = [&](auto visit) {
     for (std::uint32_t f = 0; f < mesh.face_count; ++f) {
-      for (const std::uint32_t node : mesh.triangles[f].v) visit(node, f);
+      const std::uint32_t(&v)[3] = mesh.triangles[f].v;
+      visit(v[0], FaceAtNode{f, {v[1], v[2]}});
+      visit(v[1], FaceAtNode{f, {v[0], v[2]}});
+      visit(v[2], FaceAtNode{f, {v[0], v[1]}});
     }
     for (std::uint32_t s = 0; s < mesh.segments.size(); ++s) {
-      for (const std::uint32_t node : mesh.segments[s].v) visit(node, first_segment + s);
+      const std::uint32_t(&v)[2] = mesh.segments[s].v;
+      visit(v[0], FaceAtNode{first_segment + s, {v[1], v[1]}});
+      visit(v[1], FaceAtNode{first_segment + s, {v[0], v[0]}});
     }
   };
-  for_each_corner([&](std::uint32_t node, std::uint32_t /*face*/) { ++mesh.first_face_of_node[node + 1]; });
+  for_each_corner([&](std::uint32_t node, const FaceAtNode& /*face*/) { ++mesh.first_face_of_node[node + 1]; });
   std::partial_sum(mesh.first_face_of_node.begin(), mesh.first_face_of_node.end(), mesh.first_face_of_node.begin());
   std::vector<std::uint32_t> next(mesh.first_face_of_node.begin(), mesh.first_face_of_node.end() - 1);
   mesh.faces_of_nodes.resize(mesh.first_face_of_node.back());
-  for_each_corner([&](std::uint32_t node, std::uint32_t face) { mesh.faces_of_nodes[next[node]++] = face; });
+  for_each_corner([&](std::uint32_t node, const FaceAtNode& face) { mesh.faces_of_nodes[next[node]++] = face; });
 }
 
 int outward_side(const BodyMesh& mesh, const btSoftBody& body) {
@@ -170,8 +175,8 @@ int outward_side(const BodyMesh& mesh, const btSoftBody& body) {
 }
 
 std::uint32_t face_at_edge(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other) {
-  for (const std::uint32_t face : mesh.faces_at(node)) {
-    if (has_vertex(mesh.corners(face), other)) return face < mesh.face_count ? face : kNoIndex;
+  for (const FaceAtNode& at_node : mesh.faces_at(node)) {
+    if (at_node.has(other)) return at_node.face < mesh.face_count ? at_node.face : kNoIndex;
   }
   return kNoIndex;
 }

@@ -9,6 +9,14 @@
 
 namespace softcd::bullet {
 
+/// A face or segment at a node. Tests of contacts walk around nodes, and find all that they need in one array.
+struct FaceAtNode {
+  std::uint32_t face;       ///< segments are numbered after all triangles
+  std::uint32_t others[2];  ///< the other nodes, in the face's order; a segment's other node twice
+
+  bool has(std::uint32_t other) const { return others[0] == other || others[1] == other; }
+};
+
 /// A soft body's triangles and segments as node indices. Segments are the links of a rope: a body without faces and
 /// tetrahedra. Bending links, which join nodes beyond their neighbours, are left out. Nodes without a face or a segment
 /// collide as points: each gets a triangle {n, n, n} after the faces' triangles.
@@ -18,21 +26,21 @@ struct BodyMesh {
   std::uint32_t face_count = 0;  ///< triangles from here on represent single nodes
   std::uint32_t node_count = 0;
   const btSoftBody::Node* first_node = nullptr;  ///< address of the first node when the mesh was read
-  /// The faces and segments at node n begin at faces_of_nodes[first_face_of_node[n]]. Segments are numbered after all
-  /// triangles. WorldMirror fills both arrays, and `outward`.
-  std::vector<std::uint32_t> first_face_of_node, faces_of_nodes;
+  /// The faces and segments at node n begin at faces_of_nodes[first_face_of_node[n]]. WorldMirror fills both arrays,
+  /// and `outward`.
+  std::vector<std::uint32_t> first_face_of_node;
+  std::vector<FaceAtNode> faces_of_nodes;
   /// 1 if the faces' normals point out of a closed surface, -1 if they point into it, 0 if the surface is open.
   int outward = 0;
   /// Faces that represent links in Bullet's contacts, in the order of their edges as in Contact. A body with link faces
   /// has no other edges. The third node is another node of the body if there is one, and its weight is 0.
   std::vector<btSoftBody::Face> link_faces;
 
-  /// Returns the faces and segments at a node, by their numbers in faces_of_nodes.
-  Span<const std::uint32_t> faces_at(std::uint32_t node) const {
+  Span<const FaceAtNode> faces_at(std::uint32_t node) const {
     const std::uint32_t first = first_face_of_node[node];
     return {faces_of_nodes.data() + first, first_face_of_node[node + 1] - first};
   }
-  /// Returns the nodes of a face or segment, by its number in faces_of_nodes.
+  /// Returns the nodes of a face or segment, by its number in FaceAtNode.
   Triangle corners(std::uint32_t face) const {
     if (face < triangles.size()) return triangles[face];
     const auto& v = segments[face - triangles.size()].v;

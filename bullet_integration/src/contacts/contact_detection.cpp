@@ -176,10 +176,11 @@ void ContactDetection::find_tangles(Span<const Contact> contacts) {
   constexpr std::size_t kContactsAtOnce = 1024;
   parallel::for_ranges(contacts.size(), kContactsAtOnce, [&](std::size_t begin, std::size_t end) {
     std::size_t i = begin;
+    FirstFan first;
     mirror_.for_each_contact({contacts.begin() + begin, end - begin}, [&](const MemberContact& found) {
       const bool has_faces = found.contact.kind == ContactKind::edge_edge || is_with_face(found);
-      is_tangled_[i++] =
-          has_faces && has_begun_before(found.contact) && may_be_released(found) && is_tangled(found, kind_.ends);
+      is_tangled_[i++] = has_faces && has_begun_before(found.contact) && may_be_released(found) &&
+                         is_tangled(found, kind_.ends, first);
     });
   });
   std::size_t i = 0;

@@ -52,16 +52,14 @@ struct EdgeOnFace {
   btVector3 normal;  ///< towards the nodes' edge
 };
 
-/// Returns the inverse mass of the edge whose nodes are those of the contact from `first` on.
-btScalar inverse_mass_at(const MemberContact& found, int first) {
-  btScalar inverse_mass = 0;
-  for (int i = first; i < first + 2; ++i) inverse_mass += btScalar(found.contact.weights[i]) * found.node(i).m_im;
-  return inverse_mass;
-}
-
 EdgeOnFace edge_on_face(const MemberContact& found) {
   const Contact& contact = found.contact;
-  const bool is_swapped = inverse_mass_at(found, 0) < inverse_mass_at(found, 2);
+  const float(&w)[4] = contact.weights;
+  btSoftBody::Node* const nodes[4] = {&found.node(0), &found.node(1), &found.node(2), &found.node(3)};
+  const auto inverse_mass_at = [&](int first) {
+    return btScalar(w[first]) * nodes[first]->m_im + btScalar(w[first + 1]) * nodes[first + 1]->m_im;
+  };
+  const bool is_swapped = inverse_mass_at(0) < inverse_mass_at(2);
   const WorldMirror::Member& node_side = is_swapped ? found.b : found.a;
   const WorldMirror::Member& face_side = is_swapped ? found.a : found.b;
   const int first_node = is_swapped ? 2 : 0;
@@ -74,14 +72,15 @@ EdgeOnFace edge_on_face(const MemberContact& found) {
   const std::uint32_t edge = is_swapped ? contact.feature_a : contact.feature_b;
   result.face = &face_side.face_at_edge(edge, contact.vertices + first_corner);
   result.weights.setZero();
+  for (int i = first_corner; i < first_corner + 2; ++i) {
+    int corner = 0;  // the first, as the face of a link of two nodes has one of them twice
+    while (result.face->m_n[corner] != nodes[i]) ++corner;
+    result.weights[corner] = btScalar(w[i]);
+  }
   btVector3 point(0, 0, 0);
   for (int i = 0; i < 2; ++i) {
-    const auto corner =
-        std::find(std::begin(result.face->m_n), std::end(result.face->m_n), &found.node(first_corner + i));
-    result.weights[static_cast<int>(corner - std::begin(result.face->m_n))] =
-        btScalar(contact.weights[first_corner + i]);
-    result.nodes[i] = &found.node(first_node + i);
-    result.node_weights[i] = btScalar(contact.weights[first_node + i]);
+    result.nodes[i] = nodes[first_node + i];
+    result.node_weights[i] = btScalar(w[first_node + i]);
     point += result.nodes[i]->m_x * result.node_weights[i];
   }
   for (int i = 0; i < 2; ++i) result.further[i] = result.normal.dot(result.nodes[i]->m_x - point);
@@ -99,11 +98,11 @@ btScalar inverse_mass_of_edge(const EdgeOnFace& edge) {
   return inverse_mass;
 }
 
-/// Returns whether all velocities are finite. Bullet's deformable response would spread other values, even from a node
-/// with weight 0.
-bool have_velocities(const btSoftBody::Node& node, const btSoftBody::Face& face) {
-  return std::isfinite(node.m_v.length2()) &&
-         std::all_of(std::begin(face.m_n), std::end(face.m_n),
+/// Returns whether the velocities of all nodes are finite. Bullet's deformable response would spread other values, even
+/// from a node with weight 0.
+template <int kCount>
+bool have_velocities(btSoftBody::Node* const (&nodes)[kCount]) {
+  return std::all_of(std::begin(nodes), std::end(nodes),
                      [](const auto* each) { return std::isfinite(each->m_v.length2()); });
 }
 
@@ -155,10 +154,11 @@ btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node& node) {
 /// near it and shares no node with it. Nodes without faces do not touch their own body's faces.
 bool has_face_near(const WorldMirror::Member& member, std::uint32_t node, std::uint32_t face) {
   const std::vector<Triangle>& triangles = member.mesh.triangles;
-  const auto box = [&](std::uint32_t each) { return box_of(*member.body, member.face(each)); };
-  const Span<const std::uint32_t> faces = member.mesh.faces_at(node);
-  return std::any_of(faces.begin(), faces.end(), [&](std::uint32_t other) {
-    return !share_vertex(triangles[other], triangles[face]) && Intersect(box(other), box(face));
+  const btDbvtVolume box = box_of(*member.body, member.face(face));
+  const Span<const FaceAtNode> faces = member.mesh.faces_at(node);
+  return std::any_of(faces.begin(), faces.end(), [&](const FaceAtNode& at_node) {
+    return !share_vertex(triangles[at_node.face], triangles[face]) &&
+           Intersect(box_of(*member.body, member.face(at_node.face)), box);
   });
 }
 
@@ -242,8 +242,8 @@ bool starts_through(const MemberContact& found) {
   const NodePosition start_b = start_of(kClassicEnds, *found.b.body);
   const auto corner = [&](int i) { return to_doubles(found.face().m_n[i]->*start_b); };
   const Gate gate{{corner(0), corner(1), corner(2)}};
-  for (const std::uint32_t face : found.a.mesh.faces_at(found.contact.feature_a)) {
-    const Triangle at_node = found.a.mesh.corners(face);
+  for (const FaceAtNode& face : found.a.mesh.faces_at(found.contact.feature_a)) {
+    const Triangle at_node = found.a.mesh.corners(face.face);
     Vec3d y[3];
     bool is_above[3];
     for (int k = 0; k < 3; ++k) {
@@ -382,7 +382,8 @@ std::optional<btSoftBody::DeformableFaceNodeContact> DeformableContacts::contact
   btSoftBody::Face& face = found.face();
   btSoftBody::Node& node = found.node(0);
   const btVector3 weights = triangle_weights(found.contact.weights);
-  if (!have_velocities(node, face) || !(node.m_im + inverse_mass_of(face, weights) > 0)) return std::nullopt;
+  if (!have_velocities({&node}) || !have_velocities(face.m_n) || !(node.m_im + inverse_mass_of(face, weights) > 0))
+    return std::nullopt;
   btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(*found.a.body, node, *found.b.body, face);
   deformable.m_bary = weights;
   deformable.m_normal = deformable_normal(found, node, face);
@@ -399,9 +400,10 @@ void DeformableContacts::add_edges(const MemberContact& found, const AnchoredNod
                                    SolverContactBatch<Entry>& out) {
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
-  if (!have_velocities(*edge.nodes[0], *edge.face) || !have_velocities(*edge.nodes[1], *edge.face)) return;
+  if (!have_velocities(edge.nodes) || !have_velocities(edge.face->m_n)) return;
+  const btScalar face_inverse_mass = inverse_mass_of(*edge.face, edge.weights);
   for (int side = 0; side < 2; ++side) {
-    if (!(edge.nodes[side]->m_im + inverse_mass_of(*edge.face, edge.weights) > 0)) continue;
+    if (!(edge.nodes[side]->m_im + face_inverse_mass > 0)) continue;
     if (anchored.has_one_of(*edge.nodes[side], *edge.face)) continue;
     btSoftBody::DeformableFaceNodeContact deformable =
         deformable_contact(*edge.node_body, *edge.nodes[side], *edge.face_body, *edge.face);

@@ -35,9 +35,9 @@ class EdgeSide {
   /// Returns whether a face at one of the edge's nodes is finer than the margins.
   bool has_fine_face() const {
     return std::any_of(nodes_, nodes_ + 2, [this](std::uint32_t node) {
-      const Span<const std::uint32_t> faces = member_.mesh.faces_at(node);
+      const Span<const FaceAtNode> faces = member_.mesh.faces_at(node);
       return std::any_of(faces.begin(), faces.end(),
-                         [this](std::uint32_t face) { return is_finer_than_margins(member_, face); });
+                         [this](const FaceAtNode& at_node) { return is_finer_than_margins(member_, at_node.face); });
     });
   }
 
@@ -70,11 +70,10 @@ class EdgeSide {
   template <class Condition>
   bool any_corner(const std::uint32_t* nodes, std::size_t count, Condition condition) const {
     const auto is_given = [&](std::uint32_t node) { return std::find(nodes, nodes + count, node) != nodes + count; };
-    for (const std::uint32_t index : member_.mesh.faces_at(*nodes)) {
-      const Triangle face = member_.mesh.corners(index);
-      if (!std::all_of(nodes, nodes + count, [&](std::uint32_t node) { return has_vertex(face, node); })) continue;
-      for (const std::uint32_t corner : face.v) {
-        if (!is_given(corner) && condition(index, place_of(corner))) return true;
+    for (const FaceAtNode& at_node : member_.mesh.faces_at(*nodes)) {
+      if (!std::all_of(nodes + 1, nodes + count, [&](std::uint32_t node) { return at_node.has(node); })) continue;
+      for (const std::uint32_t corner : at_node.others) {
+        if (!is_given(corner) && condition(at_node.face, place_of(corner))) return true;
       }
     }
     return false;

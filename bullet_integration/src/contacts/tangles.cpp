@@ -139,20 +139,20 @@ Meeting meeting_of_faces(const Corners& a, const Corners& b) {
   return intersect ? Meeting::intersect_inside : Meeting::touch_or_apart;
 }
 
-/// Returns whether `holds` for one of the body's faces that have both nodes.
+/// Returns whether `holds` for one of the body's faces that have both nodes, which may be the same.
 template <class Predicate>
 bool any_face_with(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other, Predicate holds) {
-  const Span<const std::uint32_t> faces = mesh.faces_at(node);
-  return std::any_of(faces.begin(), faces.end(),
-                     [&](std::uint32_t face) { return has_vertex(mesh.corners(face), other) && holds(face); });
+  const Span<const FaceAtNode> faces = mesh.faces_at(node);
+  return std::any_of(faces.begin(), faces.end(), [&](const FaceAtNode& at_node) {
+    return (other == node || at_node.has(other)) && holds(at_node);
+  });
 }
 
 /// Returns whether `holds` for a node, other than these two, of a face that has both.
 template <class Predicate>
 bool any_other_corner(const BodyMesh& mesh, std::uint32_t node, std::uint32_t other, Predicate holds) {
-  return any_face_with(mesh, node, other, [&](std::uint32_t face) {
-    const Triangle triangle = mesh.corners(face);
-    return std::any_of(std::begin(triangle.v), std::end(triangle.v),
+  return any_face_with(mesh, node, other, [&](const FaceAtNode& at_node) {
+    return std::any_of(std::begin(at_node.others), std::end(at_node.others),
                        [&](std::uint32_t corner) { return corner != node && corner != other && holds(corner); });
   });
 }
@@ -167,13 +167,14 @@ bool any_two_faces(const MemberContact& found, Predicate holds) {
   const std::uint32_t end_of_a = contact.vertices[is_vertex ? 0 : 1];
 
   const auto holds_for_one_at_a = [&](std::uint32_t face_b) {
-    return any_face_with(a.mesh, contact.vertices[0], end_of_a, [&](std::uint32_t face_a) {
-      const bool are_neighbours = &a == &b && share_vertex(a.mesh.corners(face_a), b.mesh.corners(face_b));
-      return !are_neighbours && holds(face_a, face_b);
+    return any_face_with(a.mesh, contact.vertices[0], end_of_a, [&](const FaceAtNode& at_a) {
+      const bool are_neighbours = &a == &b && share_vertex(a.mesh.corners(at_a.face), b.mesh.corners(face_b));
+      return !are_neighbours && holds(at_a.face, face_b);
     });
   };
   if (is_vertex) return holds_for_one_at_a(contact.feature_b);
-  return any_face_with(b.mesh, contact.vertices[2], contact.vertices[3], holds_for_one_at_a);
+  return any_face_with(b.mesh, contact.vertices[2], contact.vertices[3],
+                       [&](const FaceAtNode& at_b) { return holds_for_one_at_a(at_b.face); });
 }
 
 /// The faces around a point of a mesh: all faces that have the smallest feature with the point.
@@ -193,11 +194,11 @@ Fan fan_of(const WorldMirror::Member& member, const std::vector<std::uint32_t>& 
     return std::find(feature.begin(), feature.end(), node) != feature.end();
   };
   Fan fan;
-  any_face_with(member.mesh, feature[0], feature.back(), [&](std::uint32_t face) {
-    const Triangle triangle = member.mesh.corners(face);
+  any_face_with(member.mesh, feature[0], feature.back(), [&](const FaceAtNode& at_node) {
+    const Triangle triangle = member.mesh.corners(at_node.face);
     const std::uint32_t(&v)[3] = triangle.v;
     if (std::count_if(std::begin(v), std::end(v), is_of_feature) < std::ptrdiff_t(feature.size())) return false;
-    const Corners corners = corners_of(member, face, position);
+    const Corners corners = corners_of(member, at_node.face, position);
     fan.triangles.push_back(triangle);
     fan.faces.push_back(corners);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -393,33 +394,24 @@ constexpr double kClearGap = 1e-12;
 
 /// Returns whether a gap along the contact's normal certainly separates all faces at one feature from all faces at the
 /// other. Then none of them have points in common.
-bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides) {
+bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides, FirstFan& first) {
+  first.read(found, sides.start_a);
   const Contact& contact = found.contact;
   const std::uint32_t(&v)[4] = contact.vertices;
-  const bool is_vertex = contact.kind == ContactKind::vertex_triangle;
   const Vec3d normal = vec3_cast<double>(contact.normal);
-  const std::uint32_t count_a = is_vertex ? 1 : 2;
-  const Vec3d origin = sides.a.place(v[0], sides.start_a);
-  double extent = 0;
-  const auto height_of = [&](Vec3d place) {
-    const Vec3d offset = place - origin;
-    extent = std::max(extent, max_norm(offset));
-    return dot(offset, normal);
-  };
-
+  double extent = first.extent();
   double highest_of_b = -std::numeric_limits<double>::infinity();
   const auto raise = [&](std::uint32_t node) {
-    highest_of_b = std::max(highest_of_b, height_of(sides.b.place(node, sides.start_b)));
+    const Vec3d offset = sides.b.place(node, sides.start_b) - first.origin();
+    extent = std::max(extent, max_norm(offset));
+    highest_of_b = std::max(highest_of_b, dot(offset, normal));
     return false;
   };
-  for (std::uint32_t i = count_a; i < 4; ++i) raise(v[i]);
-  if (!is_vertex) any_other_corner(found.b.mesh, v[2], v[3], raise);
-  const auto is_in_the_way = [&](std::uint32_t node) {
-    const double gap = height_of(sides.a.place(node, sides.start_a)) - highest_of_b;
-    return !(gap > kClearGap * extent);
-  };
-  return !is_in_the_way(v[0]) && !is_in_the_way(v[count_a - 1]) &&
-         !any_other_corner(found.a.mesh, v[0], v[count_a - 1], is_in_the_way);
+  for (int i = vertices_of_a(contact); i < 4; ++i) raise(v[i]);
+  if (contact.kind == ContactKind::edge_edge) any_other_corner(found.b.mesh, v[2], v[3], raise);
+  const std::vector<Vec3d>& offsets = first.offsets();
+  return std::all_of(offsets.begin(), offsets.end(),
+                     [&](Vec3d offset) { return dot(offset, normal) - highest_of_b > kClearGap * extent; });
 }
 
 /// Returns whether both features are links, for which intersections cannot be decided. A body has either links or
@@ -430,9 +422,39 @@ bool are_links(const MemberContact& found) {
 
 }  // namespace
 
+void FirstFan::read(const MemberContact& found, NodePosition start) {
+  const std::uint32_t(&v)[4] = found.contact.vertices;
+  const std::uint32_t end = found.contact.kind == ContactKind::vertex_triangle ? v[0] : v[1];
+  if (member_ == &found.a && ends_[0] == v[0] && ends_[1] == end) return;
+  member_ = &found.a;
+  ends_[0] = v[0];
+  ends_[1] = end;
+  nodes_.clear();
+  offsets_.clear();
+  extent_ = 0;
+  origin_ = found.a.place(v[0], start);
+  add(v[0], start);
+  if (end != v[0]) add(end, start);
+  any_other_corner(found.a.mesh, v[0], end, [&](std::uint32_t corner) {
+    if (std::find(nodes_.begin(), nodes_.end(), corner) == nodes_.end()) add(corner, start);
+    return false;
+  });
+}
+
+void FirstFan::add(std::uint32_t node, NodePosition start) {
+  nodes_.push_back(node);
+  offsets_.push_back(member_->place(node, start) - origin_);
+  extent_ = std::max(extent_, max_norm(offsets_.back()));
+}
+
 bool is_tangled(const MemberContact& found, const NodeEnds& ends) {
+  FirstFan first;
+  return is_tangled(found, ends, first);
+}
+
+bool is_tangled(const MemberContact& found, const NodeEnds& ends, FirstFan& first) {
   const Sides sides(found, ends);
-  if (are_clear_along_the_normal(found, sides)) return false;
+  if (are_clear_along_the_normal(found, sides, first)) return false;
   std::vector<Touch> separable;
   return any_two_faces(found, [&](std::uint32_t face_a, std::uint32_t face_b) {
     return are_through_each_other(sides, face_a, face_b, separable);

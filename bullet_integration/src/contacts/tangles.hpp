@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "bodies/world_mirror.hpp"
 
@@ -17,6 +19,31 @@ namespace softcd::bullet {
 ///   This is the case where a sheet passes through another along its edges.
 /// Faces that touch from one side or lie in one plane do not count, nor do two links.
 bool is_tangled(const MemberContact& found, const NodeEnds& ends);
+
+/// The nodes of all faces at a contact's first feature, at the start of the step. A query lists contacts that have the
+/// same first feature in a row, and these share the nodes.
+class FirstFan {
+ public:
+  /// Reads the nodes, unless the contact read last has the same first feature.
+  void read(const MemberContact& found, NodePosition start);
+  Vec3d origin() const { return origin_; }
+  /// Returns the nodes' places, each once, relative to the origin.
+  const std::vector<Vec3d>& offsets() const { return offsets_; }
+  double extent() const { return extent_; }  ///< the greatest coordinate of an offset
+
+ private:
+  void add(std::uint32_t node, NodePosition start);
+
+  const WorldMirror::Member* member_ = nullptr;
+  std::uint32_t ends_[2] = {};  ///< of the feature, twice the same for a vertex
+  std::vector<std::uint32_t> nodes_;
+  std::vector<Vec3d> offsets_;
+  Vec3d origin_{0, 0, 0};
+  double extent_ = 0;
+};
+
+/// Does the same for contacts in a row, at the start of one step.
+bool is_tangled(const MemberContact& found, const NodeEnds& ends, FirstFan& first);
 
 /// Returns whether the features touch at the start of the step, up to the rounding of double, and are not both links.
 bool is_touching(const MemberContact& found, const NodeEnds& ends);

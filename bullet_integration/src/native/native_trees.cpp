@@ -229,13 +229,17 @@ NodeTreesAtRest::~NodeTreesAtRest() {
 }
 
 void FaceTreesAway::take(Span<btSoftBody* const> bodies) noexcept {
+  const auto has_tree = [](const btSoftBody* body) {
+    return body->m_fdbvt.m_root != nullptr || body->m_fdbvnt != nullptr;
+  };
   try {
-    taken_.reserve(bodies.size());
+    taken_.reserve(static_cast<std::size_t>(std::count_if(bodies.begin(), bodies.end(), has_tree)));
   } catch (const std::bad_alloc&) {
     for (btSoftBody* body : bodies) remove_face_tree(*body);
     return;
   }
   for (btSoftBody* body : bodies) {
+    if (!has_tree(body)) continue;
     taken_.push_back({body, std::exchange(body->m_fdbvt.m_root, nullptr), std::exchange(body->m_fdbvnt, nullptr)});
   }
 }
