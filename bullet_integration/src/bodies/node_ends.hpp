@@ -35,6 +35,12 @@ inline NodePosition start_of(const NodeEnds& ends, const btSoftBody& body) {
   return body.isActive() ? ends.start : &btSoftBody::Node::m_x;
 }
 
+/// Returns the body's margin; 0 where it is negative or not a number, which would spread to the nodes of other bodies.
+inline btScalar margin_of(const btSoftBody& body) {
+  const btScalar margin = body.getCollisionShape()->getMargin();
+  return margin > 0 ? margin : btScalar(0);
+}
+
 /// Returns whether softcd, not Bullet, detects the contacts of a pair, or of a body with itself. This is Bullet's own
 /// rule.
 inline bool is_vertex_face_pair(const NodeEnds& ends, const btSoftBody& a, const btSoftBody& b) {

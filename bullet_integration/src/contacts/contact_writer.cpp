@@ -16,7 +16,7 @@ namespace softcd::bullet {
 namespace {
 
 btScalar margin_sum(const btSoftBody& a, const btSoftBody& b) {
-  return a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
+  return margin_of(a) + margin_of(b);
 }
 
 // Bullet's margin for a contact of `node`: both bodies' margins, plus a multiple of the node's motion in a discrete
@@ -136,7 +136,7 @@ btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Face& face) {
     ends[i] = face.m_n[i]->m_x;
     ends[3 + i] = face.m_n[i]->m_q;
   }
-  const btScalar margin = body.getCollisionShape()->getMargin();
+  const btScalar margin = margin_of(body);
   btDbvtVolume box = btDbvtVolume::FromPoints(ends, 6);
   box.Expand(btVector3(margin, margin, margin));
   return box;
@@ -145,7 +145,7 @@ btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Face& face) {
 /// Returns the same for a leaf of Bullet's node tree.
 btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node& node) {
   const btVector3 ends[] = {node.m_x, node.m_q};
-  const btScalar margin = body.getCollisionShape()->getMargin();
+  const btScalar margin = margin_of(body);
   btDbvtVolume box = btDbvtVolume::FromPoints(ends, 2);
   box.Expand(btVector3(margin, margin, margin));
   return box;

@@ -49,10 +49,6 @@ ContactSide edge_side(const btSoftBody& body, const Contact& contact, int first)
   return side;
 }
 
-btScalar margin_of(const btSoftBody& body) {
-  return body.getCollisionShape()->getMargin();
-}
-
 /// Returns the distance at which the solver holds the node from the face.
 btScalar margin_at(const btSoftBody::SContact& entry, const btSoftBody& /*owner*/, const btSoftBody& /*other*/) {
   return entry.m_margin;

@@ -10,7 +10,7 @@ namespace {
 void sweep_box(btSoftBody& body, btBroadphaseInterface& broadphase, btDispatcher* dispatcher) {
   // Sleeping bodies have no prediction: their m_q has no meaning.
   if (!body.isActive() || body.getBroadphaseHandle() == nullptr || body.m_nodes.size() == 0) return;
-  Bounds box = bounds_of(body, {&btSoftBody::Node::m_q}).grown(body.getCollisionShape()->getMargin());
+  Bounds box = bounds_of(body, {&btSoftBody::Node::m_q}).grown(margin_of(body));
   box.add({body.m_bounds[0], body.m_bounds[1]});
   broadphase.setAabb(body.getBroadphaseHandle(), box.low, box.high, dispatcher);
 }
