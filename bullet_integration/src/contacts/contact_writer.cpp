@@ -238,16 +238,15 @@ struct Gate {
 
 /// Returns whether an edge of a face at the contact's node passes through the contact's face when the step begins.
 bool starts_through(const MemberContact& found) {
-  const NodePosition start_a = start_of(kClassicEnds, *found.a.body);
-  const NodePosition start_b = start_of(kClassicEnds, *found.b.body);
-  const auto corner = [&](int i) { return to_doubles(found.face().m_n[i]->*start_b); };
+  constexpr NodePosition kStart = kClassicEnds.start;
+  const auto corner = [&](int i) { return to_doubles(found.face().m_n[i]->*kStart); };
   const Gate gate{{corner(0), corner(1), corner(2)}};
   for (const std::uint32_t face : found.a.mesh.faces_at(found.contact.feature_a)) {
     const Triangle at_node = found.a.mesh.corners(face);
     Vec3d y[3];
     bool is_above[3];
     for (int k = 0; k < 3; ++k) {
-      y[k] = found.a.place(at_node.v[k], start_a);
+      y[k] = found.a.place(at_node.v[k], kStart);
       is_above[k] = gate.height_of(y[k]) > 0;
     }
     if (is_above[0] == is_above[1] && is_above[1] == is_above[2]) continue;
