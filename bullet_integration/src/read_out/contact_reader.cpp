@@ -4,6 +4,7 @@
 #include <functional>
 #include <utility>
 
+#include "bodies/node_ends.hpp"
 #include "bodies/vectors.hpp"
 
 namespace softcd::bullet {
