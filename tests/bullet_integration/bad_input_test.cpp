@@ -83,6 +83,16 @@ TEST_P(BadInput, velocities_that_are_no_numbers_stay_with_a_body_that_touches_ot
   EXPECT_NE(warnings[0].find("not finite"), std::string::npos) << warnings[0];
 }
 
+TEST_P(BadInput, margins_that_are_no_numbers_stay_with_their_body) {
+  add_good_ones();
+  btSoftBody& spoilt = simulation.add(make_at(btScalar(0.12)));
+  step(1);
+  spoilt.setVelocity(btVector3(0, -3, 0));
+  spoilt.getCollisionShape()->setMargin(kNotANumber);
+  step(10);
+  expect_good_ones_unharmed();
+}
+
 TEST_P(BadInput, velocities_beyond_all_bounds_stay_with_their_body) {
   add_good_ones();
   btSoftBody& thrown = simulation.add(make_at(btScalar(0.3)));

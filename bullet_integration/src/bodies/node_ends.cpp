@@ -20,7 +20,7 @@ bool wants_self_collision(const btSoftBody& body, SelfCollision self_collision) 
 
 BodySettings read_settings(const NodeEnds& ends, const btSoftBody& body, const Settings& settings) {
   BodySettings result;
-  result.margin = std::max(0.0F, static_cast<float>(body.getCollisionShape()->getMargin()));
+  result.margin = static_cast<float>(margin_of(body));
   result.kinematic = !body.isActive() || is_immovable(body);
   result.self_collision =
       !result.kinematic && wants_self_collision(body, settings.self_collision) && is_vertex_face_pair(ends, body, body);

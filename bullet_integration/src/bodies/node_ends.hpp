@@ -29,10 +29,17 @@ inline constexpr NodeEnds kDeformableEnds = {btSoftBody::fCollision::VF_DD, &btS
 /// Bodies outside of a step, where they are. Selects none.
 inline constexpr NodeEnds kPresentEnds = {0, &btSoftBody::Node::m_x, &btSoftBody::Node::m_x};
 
-/// Returns the member with the nodes' positions at the start of the step. Sleeping bodies have no prediction: their m_q
-/// has no meaning.
-inline NodePosition start_of(const NodeEnds& ends, const btSoftBody& body) {
-  return body.isActive() ? ends.start : &btSoftBody::Node::m_x;
+/// Sets a sleeping body's m_q, which is from its last step, to where the body is. Call it before anything moves the
+/// body in a step: Bullet's solver moves its nodes in the contacts of other bodies.
+inline void set_out_from_sleep(btSoftBody& body) {
+  if (body.isActive()) return;
+  for (btSoftBody::Node& node : span_of(body.m_nodes)) node.m_q = node.m_x;
+}
+
+/// Returns the body's margin; 0 where it is negative or not a number, which would spread to the nodes of other bodies.
+inline btScalar margin_of(const btSoftBody& body) {
+  const btScalar margin = body.getCollisionShape()->getMargin();
+  return margin > 0 ? margin : btScalar(0);
 }
 
 /// Returns whether softcd, not Bullet, detects the contacts of a pair, or of a body with itself. This is Bullet's own

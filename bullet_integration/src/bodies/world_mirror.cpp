@@ -240,7 +240,7 @@ void WorldMirror::update_mesh(Member& member, const BodySettings& settings) {
 void WorldMirror::set_positions(Member& member, bool needs_way) {
   const btSoftBody& body = *member.body;
   if (is_outside_steps() && !has_moved(member)) return;
-  const NodePosition start = start_of(ends_, body);
+  const NodePosition start = ends_.start;
   const NodePosition end = body.isActive() ? ends_.end : start;
   if (needs_way) {
     scene_.set_positions(member.id, positions_of(body, start), positions_of(body, end));

@@ -16,7 +16,7 @@ namespace softcd::bullet {
 namespace {
 
 btScalar margin_sum(const btSoftBody& a, const btSoftBody& b) {
-  return a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
+  return margin_of(a) + margin_of(b);
 }
 
 // Bullet's margin for a contact of `node`: both bodies' margins, plus a multiple of the node's motion in a discrete
@@ -135,7 +135,7 @@ btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Face& face) {
     ends[i] = face.m_n[i]->m_x;
     ends[3 + i] = face.m_n[i]->m_q;
   }
-  const btScalar margin = body.getCollisionShape()->getMargin();
+  const btScalar margin = margin_of(body);
   btDbvtVolume box = btDbvtVolume::FromPoints(ends, 6);
   box.Expand(btVector3(margin, margin, margin));
   return box;
@@ -144,7 +144,7 @@ btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Face& face) {
 /// Returns the same for a leaf of Bullet's node tree.
 btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node& node) {
   const btVector3 ends[] = {node.m_x, node.m_q};
-  const btScalar margin = body.getCollisionShape()->getMargin();
+  const btScalar margin = margin_of(body);
   btDbvtVolume box = btDbvtVolume::FromPoints(ends, 2);
   box.Expand(btVector3(margin, margin, margin));
   return box;
@@ -238,16 +238,15 @@ struct Gate {
 
 /// Returns whether an edge of a face at the contact's node passes through the contact's face when the step begins.
 bool starts_through(const MemberContact& found) {
-  const NodePosition start_a = start_of(kClassicEnds, *found.a.body);
-  const NodePosition start_b = start_of(kClassicEnds, *found.b.body);
-  const auto corner = [&](int i) { return to_doubles(found.face().m_n[i]->*start_b); };
+  constexpr NodePosition kStart = kClassicEnds.start;
+  const auto corner = [&](int i) { return to_doubles(found.face().m_n[i]->*kStart); };
   const Gate gate{{corner(0), corner(1), corner(2)}};
   for (const FaceAtNode& face : found.a.mesh.faces_at(found.contact.feature_a)) {
     const Triangle at_node = found.a.mesh.corners(face.face);
     Vec3d y[3];
     bool is_above[3];
     for (int k = 0; k < 3; ++k) {
-      y[k] = found.a.place(at_node.v[k], start_a);
+      y[k] = found.a.place(at_node.v[k], kStart);
       is_above[k] = gate.height_of(y[k]) > 0;
     }
     if (is_above[0] == is_above[1] && is_above[1] == is_above[2]) continue;

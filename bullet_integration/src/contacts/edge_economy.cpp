@@ -20,7 +20,7 @@ constexpr double kPositionRounding = 1e-14;
 class EdgeSide {
  public:
   EdgeSide(const WorldMirror::Member& member, const std::uint32_t* nodes, double time, const NodeEnds& ends)
-      : member_(member), nodes_(nodes), time_(time), start_(start_of(ends, *member.body)), end_(ends.end) {}
+      : member_(member), nodes_(nodes), time_(time), start_(ends.start), end_(ends.end) {}
 
   const btSoftBody& body() const { return *member_.body; }
   Vec3d place(int end) const { return place_of(nodes_[end]); }

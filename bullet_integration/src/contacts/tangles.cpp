@@ -251,11 +251,10 @@ struct Touch {
 
 /// Two bodies with their nodes' positions at the start of the step.
 struct Sides {
-  Sides(const MemberContact& found, const NodeEnds& ends)
-      : a(found.a), b(found.b), start_a(start_of(ends, *a.body)), start_b(start_of(ends, *b.body)) {}
+  Sides(const MemberContact& found, const NodeEnds& ends) : a(found.a), b(found.b), start(ends.start) {}
 
   const WorldMirror::Member &a, &b;
-  NodePosition start_a, start_b;
+  NodePosition start;
 };
 
 /// A feature of the first side and one of the second, as four nodes and their positions. The first `count_a` nodes are
@@ -265,7 +264,7 @@ class FeaturePair {
   FeaturePair(const Sides& sides, std::size_t count_a, const std::array<std::uint32_t, 4>& nodes)
       : sides_(sides), count_a_(count_a), nodes_(nodes) {
     for (std::size_t i = 0; i < 4; ++i) {
-      x_[i] = i < count_a ? sides.a.place(nodes[i], sides.start_a) : sides.b.place(nodes[i], sides.start_b);
+      x_[i] = i < count_a ? sides.a.place(nodes[i], sides.start) : sides.b.place(nodes[i], sides.start);
     }
     extent_ = std::max({max_norm(x_[1] - x_[0]), max_norm(x_[2] - x_[0]), max_norm(x_[3] - x_[0])});
   }
@@ -278,7 +277,7 @@ class FeaturePair {
   bool are_apart(const Touch& touch) const {
     if (orientation(x_[0], x_[1], x_[2], x_[3]) != 0) return true;
     return count_a_ == 2 && touch.nodes_a.size() == 1 && touch.nodes_b.size() == 1 &&
-           sides_.a.place(touch.nodes_a[0], sides_.start_a) != sides_.b.place(touch.nodes_b[0], sides_.start_b);
+           sides_.a.place(touch.nodes_a[0], sides_.start) != sides_.b.place(touch.nodes_b[0], sides_.start);
   }
 
   std::optional<Touch> touch() const {
@@ -291,8 +290,8 @@ class FeaturePair {
     }
     if (touch.nodes_a.empty() || touch.nodes_b.empty()) return {};  // a coordinate is not a number
     const bool is_node_of_b = touch.nodes_b.size() == 1 && touch.nodes_a.size() > 1;
-    touch.point = is_node_of_b ? sides_.b.place(touch.nodes_b[0], sides_.start_b)
-                               : sides_.a.place(touch.nodes_a[0], sides_.start_a);
+    touch.point =
+        is_node_of_b ? sides_.b.place(touch.nodes_b[0], sides_.start) : sides_.a.place(touch.nodes_a[0], sides_.start);
     return touch;
   }
 
@@ -365,8 +364,8 @@ bool are_neighbours(const Fan& a, const Fan& b) {
 /// Returns whether the faces around a point of touch are on both sides of each other. Returns false if some of them
 /// share nodes, for which this cannot be decided.
 bool are_through_at(const Touch& touch, const Sides& sides) {
-  const Fan a = fan_of(sides.a, touch.nodes_a, sides.start_a);
-  const Fan b = fan_of(sides.b, touch.nodes_b, sides.start_b);
+  const Fan a = fan_of(sides.a, touch.nodes_a, sides.start);
+  const Fan b = fan_of(sides.b, touch.nodes_b, sides.start);
   return !(&sides.a == &sides.b && are_neighbours(a, b)) && !are_separable(a, b, touch.point);
 }
 
@@ -375,8 +374,8 @@ bool are_through_at(const Touch& touch, const Sides& sides) {
 /// has the touches where that is not so, which other faces at the same features have as well.
 bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b,
                             std::vector<Touch>& separable) {
-  const Corners a = corners_of(sides.a, face_a, sides.start_a);
-  const Corners b = corners_of(sides.b, face_b, sides.start_b);
+  const Corners a = corners_of(sides.a, face_a, sides.start);
+  const Corners b = corners_of(sides.b, face_b, sides.start);
   if (are_apart(a, b)) return false;
   const Meeting meeting = meeting_of_faces(a, b);
   if (meeting != Meeting::touch_or_apart) return meeting == Meeting::intersect_inside;
@@ -395,14 +394,14 @@ constexpr double kClearGap = 1e-12;
 /// Returns whether a gap along the contact's normal certainly separates all faces at one feature from all faces at the
 /// other. Then none of them have points in common.
 bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides, FirstFan& first) {
-  first.read(found, sides.start_a);
+  first.read(found, sides.start);
   const Contact& contact = found.contact;
   const std::uint32_t(&v)[4] = contact.vertices;
   const Vec3d normal = vec3_cast<double>(contact.normal);
   double extent = first.extent();
   double highest_of_b = -std::numeric_limits<double>::infinity();
   const auto raise = [&](std::uint32_t node) {
-    const Vec3d offset = sides.b.place(node, sides.start_b) - first.origin();
+    const Vec3d offset = sides.b.place(node, sides.start) - first.origin();
     extent = std::max(extent, max_norm(offset));
     highest_of_b = std::max(highest_of_b, dot(offset, normal));
     return false;
@@ -479,7 +478,7 @@ bool change_sides(const MemberContact& found, const NodeEnds& ends) {
     return orientation(place(0), place(1), place(2), place(3));
   };
   const Sides sides(found, ends);
-  const int start = side_at(sides.start_a, sides.start_b);
+  const int start = side_at(sides.start, sides.start);
   return start != 0 && side_at(ends.end, ends.end) != start;
 }
 

@@ -15,12 +15,6 @@ void solve_velocities(const std::vector<Impact>& impacts, ImpactZones& zones) {
 
 namespace classic {
 
-/// Sleeping bodies have no prediction: their m_q, from their last step, has no meaning.
-void set_out(btSoftBody& body, btScalar /*time_step*/) {
-  if (body.isActive()) return;
-  for (Node& node : span_of(body.m_nodes)) node.m_q = node.m_x;
-}
-
 /// Sets the nodes' velocities to the mean ones of the step.
 void take_up(btSoftBody& body, btScalar time_step) {
   for (Node& node : span_of(body.m_nodes)) node.m_v = (node.m_x - node.m_q) / time_step;
@@ -131,7 +125,7 @@ bool finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, 
 
 const CrossingsOfKind kClassicCrossings = {
     .ends = kClassicEnds,
-    .set_out = classic::set_out,
+    .set_out = [](btSoftBody& /*body*/, btScalar /*time_step*/) {},
     .take_up = classic::take_up,
     .move_end = classic::move_end,
     .passing_velocity = &Node::m_v,

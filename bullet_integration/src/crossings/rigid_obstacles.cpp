@@ -13,7 +13,7 @@ namespace {
 constexpr btScalar kBoxRounding = 16 * std::numeric_limits<btScalar>::epsilon();
 
 Bounds reach_of(const btSoftBody& body) {
-  const Bounds box = swept_box(body, body.getCollisionShape()->getMargin());
+  const Bounds box = swept_box(body, margin_of(body));
   return box.grown(kBoxRounding * (box.low.absolute() + box.high.absolute()));
 }
 

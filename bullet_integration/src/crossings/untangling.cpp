@@ -264,7 +264,7 @@ Triangle Untangling::corners_of(BodyId id, std::uint32_t triangle) const {
 Vec3d Untangling::start_of_node(BodyId id, std::uint32_t node) const {
   if (const NearRigidPart* const part = find_part(id)) return part->shape->x_t0()[node];
   const Member& member = mirror_.member(id);
-  return member.place(node, start_of(kind_.ends, *member.body));
+  return member.place(node, kind_.ends.start);
 }
 
 /// Releases a node from contacts with the other body. Vertices of meshes have no contacts of their own.
@@ -290,7 +290,7 @@ void Untangling::add_way(WayOut way) {
 /// Finds the pairs of soft bodies that intersect.
 void Untangling::search(Span<btSoftBody* const> bodies, const PairRule& rule) {
   std::vector<Bounds> boxes;
-  for (const btSoftBody* body : bodies) boxes.push_back(bounds_of(*body, {start_of(kind_.ends, *body)}));
+  for (const btSoftBody* body : bodies) boxes.push_back(bounds_of(*body, {kind_.ends.start}));
   const auto is_new = [this](const Member& member) {
     return std::find(seen_.begin(), seen_.end(), member.id) == seen_.end();
   };

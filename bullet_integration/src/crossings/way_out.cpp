@@ -48,8 +48,7 @@ bool NodesOnWaysOut::look_up(const WayOut& way) {
     hold_anchored(body);
     btSoftBody::Node& node = member->node(end.node);
     const bool is_held = !body.isActive() || anchored_.count(&node) > 0;
-    moved_.push_back(
-        {&body, &node, end.direction, node.*start_of(kind_.ends, body), is_held ? btScalar(0) : node.m_im});
+    moved_.push_back({&body, &node, end.direction, node.*kind_.ends.start, is_held ? btScalar(0) : node.m_im});
   }
   if (way.rigid.object == nullptr) return true;
   Rigid& rigid = rigid_of(*way.rigid.object);

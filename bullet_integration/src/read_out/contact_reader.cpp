@@ -4,6 +4,7 @@
 #include <functional>
 #include <utility>
 
+#include "bodies/node_ends.hpp"
 #include "bodies/vectors.hpp"
 
 namespace softcd::bullet {
@@ -47,10 +48,6 @@ ContactSide edge_side(const btSoftBody& body, const Contact& contact, int first)
     side.position += side.weights[i] * body.m_nodes[side.nodes[i]].m_x;
   }
   return side;
-}
-
-btScalar margin_of(const btSoftBody& body) {
-  return body.getCollisionShape()->getMargin();
 }
 
 /// Returns the distance at which the solver holds the node from the face.

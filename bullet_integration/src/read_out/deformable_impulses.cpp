@@ -8,6 +8,7 @@
 
 #include "BulletSoftBody/btDeformableBodySolver.h"
 #include "bodies/body_mesh.hpp"
+#include "contacts/soft_response.hpp"
 #include "read_out/one_by_one.hpp"
 
 namespace softcd::bullet {
@@ -220,18 +221,20 @@ void DeformableImpulses::prepare(Span<btSoftBody* const> bodies, btScalar time_s
 }
 
 void DeformableImpulses::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step) {
-  auto next = order_.begin();
-  for (btSoftBody* body : bodies) {
-    if (!body->isActive()) continue;
-    std::vector<ContactImpulses::Impulse>& impulses = impulses_.of(*body, ContactArray::soft);
-    for (std::size_t answered = 0; answered < impulses.size(); ++answered) {
-      const int i = *next++;
-      with_single_entry(body->m_faceNodeContacts, i, [&](const btSoftBody::DeformableFaceNodeContact& contact) {
-        impulses[static_cast<std::size_t>(i)] =
-            measured_impulse(contact, &btSoftBody::Node::m_v, 1, [&] { body->applyRepulsionForce(time_step, true); });
-      });
+  respond_to_soft_contacts(bodies, time_step, [&](bool with_springs) {
+    auto next = order_.begin();
+    for (btSoftBody* body : bodies) {
+      if (!body->isActive()) continue;
+      std::vector<ContactImpulses::Impulse>& impulses = impulses_.of(*body, ContactArray::soft);
+      for (std::size_t answered = 0; answered < impulses.size(); ++answered) {
+        const int i = *next++;
+        with_single_entry(body->m_faceNodeContacts, i, [&](const btSoftBody::DeformableFaceNodeContact& contact) {
+          impulses[static_cast<std::size_t>(i)] += measured_impulse(
+              contact, &btSoftBody::Node::m_v, 1, [&] { body->applyRepulsionForce(time_step, with_springs); });
+        });
+      }
     }
-  }
+  });
 }
 
 }  // namespace softcd::bullet

@@ -25,7 +25,7 @@ class DeformableImpulses {
   void read_rigid(Span<btSoftBody* const> bodies, btScalar time_step);
   /// Does the same, and prepares apply_repulsion().
   void prepare(Span<btSoftBody* const> bodies, btScalar time_step);
-  /// Does the work of applyRepulsionForce of Bullet's world, one contact at a time. Throws nothing.
+  /// Responds to contacts between soft bodies, one at a time. Throws nothing.
   void apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
 
   const ContactImpulses& impulses() const { return impulses_; }

@@ -48,7 +48,7 @@ bool can_be_solved(const btSoftBody& body, const btCollisionObjectArray& objects
 /// Returns whether a contact, solved again, would move its node back by more than the body's margin. The next step
 /// could find the node on the other side.
 bool has_deep_node(const btSoftBody& body) {
-  const btScalar margin = body.getCollisionShape()->getMargin();
+  const btScalar margin = margin_of(body);
   for (int i = 0; i < body.m_rcontacts.size(); ++i) {
     const btSoftBody::RContact& contact = body.m_rcontacts[i];
     const btSoftBody::Node& node = *contact.m_node;

@@ -41,7 +41,7 @@ class WorldReadOut {
   void add_crossings(const std::vector<CrossingImpulse>& crossings, Span<btSoftBody* const> bodies);
   /// Deformable world: call it right before Bullet's solver.
   void keep_velocities(Span<btSoftBody* const> bodies);
-  /// Deformable world: replaces applyRepulsionForce. If it returns false, call that instead.
+  /// Deformable world: responds to contacts between soft bodies. If it returns false, it has done nothing.
   bool apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
 
   /// Deformable world, whose solver has run: gives bodies that it has put to sleep the contacts of the step before.

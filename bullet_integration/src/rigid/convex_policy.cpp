@@ -40,7 +40,7 @@ void ConvexPolicy::require(const RigidKey& key, Span<const RigidPair> pairs, btS
   const btCollisionObject& object = *pairs[0].object;
   std::vector<Bounds> boxes;
   for (const RigidPair& pair : pairs) {
-    boxes.push_back(swept_box(*pair.soft, pair.soft->getCollisionShape()->getMargin()));
+    boxes.push_back(swept_box(*pair.soft, margin_of(*pair.soft)));
   }
   RigidKey part_key = key;
   int number = 0;

@@ -51,7 +51,7 @@ void MeshPolicy::require(const RigidKey& key, Span<const RigidPair> pairs, btSca
                          });
   std::vector<Bounds> boxes;
   for (const RigidPair& pair : pairs) {
-    const btScalar margin = pair.soft->getCollisionShape()->getMargin() + shape.getMargin();
+    const btScalar margin = margin_of(*pair.soft) + shape.getMargin();
     boxes.push_back(box_in_shape(swept_box(*pair.soft, margin), poses));
   }
   const RigidPart<RigidMesh>* const known = parts.find(key);

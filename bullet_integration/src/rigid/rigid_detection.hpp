@@ -47,7 +47,7 @@ struct RigidContact {
     return std::all_of(contact.weights, contact.weights + 4, [](float weight) { return weight > float(kLeastWeight); });
   }
   /// Returns the sum of both margins.
-  btScalar margin() const { return soft.body->getCollisionShape()->getMargin() + part.margin; }
+  btScalar margin() const { return margin_of(*soft.body) + part.margin; }
 };
 
 /// Finds the contacts of soft bodies with rigid shapes along the paths of a step, whatever Settings::detection is.

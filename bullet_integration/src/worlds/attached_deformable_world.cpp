@@ -80,7 +80,7 @@ void AttachedDeformableWorld::call_solver_callback(btScalar time, btDeformableMu
   if (attached->is_solved() && ++attached->solver_calls_ == 2) attached->after_solver();
 }
 
-/// Responds to contacts between soft bodies in Bullet's place, one at a time, if their impulses are to be known.
+/// Responds to contacts between soft bodies in Bullet's place, which would not find that nodes pass through faces.
 void AttachedDeformableWorld::after_solver() {
   const Span<btSoftBody* const> all = bodies();
   queries().read_out.keep_contacts_of_new_sleepers(all, *world().getBroadphase());
@@ -89,7 +89,7 @@ void AttachedDeformableWorld::after_solver() {
   } catch (const std::bad_alloc&) {
     return;
   }
-  if (!queries().read_out.apply_repulsion(all, step_length())) return;
+  step().respond(step_length());
   has_responded_ = true;
   for (btSoftBody* body : all) {
     hidden_.push_back({body, body->m_faceNodeContacts.size()});

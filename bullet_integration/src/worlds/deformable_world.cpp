@@ -55,7 +55,7 @@ void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   afterSolverCallbacks(time_step);
 
   step.find_soft_contacts();
-  if (!step.queries.read_out.apply_repulsion(step.bodies(), time_step)) applyRepulsionForce(time_step);
+  step.respond(time_step);
 
   // Bullet's integrateTransforms(). Anchors follow their rigid objects and take their nodes along.
   positionCorrection(time_step);

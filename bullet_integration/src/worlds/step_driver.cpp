@@ -2,6 +2,7 @@
 
 #include "bodies/bounds.hpp"
 #include "bodies/query_options.hpp"
+#include "contacts/soft_response.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -10,7 +11,7 @@ namespace {
 void sweep_box(btSoftBody& body, btBroadphaseInterface& broadphase, btDispatcher* dispatcher) {
   // Sleeping bodies have no prediction: their m_q has no meaning.
   if (!body.isActive() || body.getBroadphaseHandle() == nullptr || body.m_nodes.size() == 0) return;
-  Bounds box = bounds_of(body, {&btSoftBody::Node::m_q}).grown(body.getCollisionShape()->getMargin());
+  Bounds box = bounds_of(body, {&btSoftBody::Node::m_q}).grown(margin_of(body));
   box.add({body.m_bounds[0], body.m_bounds[1]});
   broadphase.setAabb(body.getBroadphaseHandle(), box.low, box.high, dispatcher);
 }
@@ -54,6 +55,15 @@ void ClassicStep::end(btScalar time_step) const {
 void DeformableStep::find_soft_contacts() const {
   queries.find_contacts(bodies(), gate());
   queries.read_contacts(bodies(), broadphase());
+}
+
+void DeformableStep::respond(btScalar time_step) const {
+  if (queries.read_out.apply_repulsion(bodies(), time_step)) return;
+  respond_to_soft_contacts(bodies(), time_step, [&](bool with_springs) {
+    for (btSoftBody* body : bodies()) {
+      if (body->isActive()) body->applyRepulsionForce(time_step, with_springs);
+    }
+  });
 }
 
 void DeformableStep::prevent_crossings(btScalar time_step) const {

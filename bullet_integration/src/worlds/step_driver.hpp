@@ -95,6 +95,8 @@ class DeformableStep : public StepDriver {
   /// Detects contacts between soft bodies, before Bullet responds to them. Bullet's solver does not change them: they
   /// depend on the nodes' positions at the start of the step.
   void find_soft_contacts() const;
+  /// Responds to these contacts in place of Bullet's applyRepulsionForce() and performGeometricCollisions().
+  void respond(btScalar time_step) const;
   /// Runs the last pass. Bullet then moves the nodes.
   void prevent_crossings(btScalar time_step) const;
   /// Corrects the rounding of that motion, right after it.

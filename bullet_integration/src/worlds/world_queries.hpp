@@ -90,6 +90,7 @@ class WorldQueries {
   /// Call it before process_rigid_pairs() if that is not called by process_pairs().
   void begin_step(Span<btSoftBody* const> bodies) {
     near_meshes_.clear();
+    for (btSoftBody* body : bodies) set_out_from_sleep(*body);
     if (untangling.get() != nullptr) untangles() ? untangling.get()->begin_step() : untangling.get()->clear();
     mirror.begin_step(bodies);
   }

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "BulletSoftBody/btSoftBody.h"
+#include "softcd/core/span.hpp"
+
+namespace softcd::bullet {
+
+/// Returns whether a contact's node would pass through its face in this step, with the velocities of now. Looks at the
+/// contacts of active bodies in the deformable world.
+bool passes_in_contact(Span<btSoftBody* const> bodies, btScalar time_step);
+
+/// Responds to contacts between soft bodies as Bullet's deformable world does. Calls respond(with_springs) once with
+/// springs, then without, as long as a node would pass through a face. Bullet tests all nodes and faces for that, but
+/// repeats its response to contacts only.
+template <class Respond>
+void respond_to_soft_contacts(Span<btSoftBody* const> bodies, btScalar time_step, Respond respond) {
+  constexpr int kMostRepeats = 5;  // Bullet's
+  respond(/*with_springs=*/true);
+  for (int i = 0; i < kMostRepeats && passes_in_contact(bodies, time_step); ++i) respond(/*with_springs=*/false);
+}
+
+}  // namespace softcd::bullet
