@@ -24,6 +24,14 @@ bool is_finite(const btSoftBody& body) {
   return true;
 }
 
+/// Returns whether a node moves further than that in the step. Sleeping bodies do not move.
+bool moves_further(const btSoftBody& body, btScalar distance) {
+  const Span<const btSoftBody::Node> nodes = span_of(body.m_nodes);
+  return body.isActive() && std::any_of(nodes.begin(), nodes.end(), [&](const btSoftBody::Node& node) {
+           return (node.m_x - node.m_q).length2() > distance * distance;
+         });
+}
+
 /// Returns the number of contacts of nodes with faces. A query returns those of edges after them.
 std::size_t count_node_contacts(Span<const Contact> contacts) {
   const auto* const end = std::partition_point(contacts.begin(), contacts.end(), [](const Contact& contact) {
@@ -73,13 +81,19 @@ void ContactDetection::read(Span<btSoftBody* const> bodies) {
   choose_rule();
 }
 
-/// Chooses ContactRule::ahead if it finds all contacts that are in Bullet's boxes, else ContactRule::distance.
+/// Chooses ContactRule::ahead if it leaves out contacts, and finds all that are in Bullet's boxes. Otherwise chooses
+/// ContactRule::distance. Within twice the margins, to which slow nodes reach, all lies ahead. The motion margin counts
+/// between bodies only.
 void ContactDetection::choose_rule() {
   QueryOptions options = kind_.options(settings_);
   if (options.contact_rule != ContactRule::ahead) return;
-  const bool is_complete =
-      std::all_of(bodies_.begin(), bodies_.end(), [](const btSoftBody* body) { return leaves_lie_ahead(*body); });
-  if (!is_complete) options.contact_rule = ContactRule::distance;
+  btScalar least_margin = BT_LARGE_FLOAT;
+  for (const btSoftBody* body : bodies_) least_margin = btMin(least_margin, body->getCollisionShape()->getMargin());
+  const auto is_fast = [&](const btSoftBody* body) { return moves_further(*body, least_margin); };
+  const auto is_predicted = [](const btSoftBody* body) { return leaves_lie_ahead(*body); };
+  const bool is_of_use = bodies_.size() > 1 && std::any_of(bodies_.begin(), bodies_.end(), is_fast) &&
+                         std::all_of(bodies_.begin(), bodies_.end(), is_predicted);
+  if (!is_of_use) options.contact_rule = ContactRule::distance;
   if (query_.options().contact_rule != options.contact_rule) query_.set_options(options);
 }
 

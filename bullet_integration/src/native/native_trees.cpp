@@ -302,16 +302,18 @@ btDbvtVolume classic_leaf(const btSoftBody& body, const btSoftBody::Face& face) 
 
 bool leaves_lie_ahead(const btSoftBody& body) {
   if (!body.isActive()) return true;
-  const btScalar slack = (btScalar(kAheadMargins) - kLeafMargin) * body.getCollisionShape()->getMargin();
-  const auto largest = [](const btVector3& v) {
-    const btVector3 magnitudes = v.absolute();
-    return magnitudes[magnitudes.maxAxis()];
-  };
   constexpr btScalar kRounding = 16 * SIMD_EPSILON;
+  const btScalar slack = (btScalar(kAheadMargins) - kLeafMargin) * body.getCollisionShape()->getMargin();
   const Span<const btSoftBody::Node> nodes = span_of(body.m_nodes);
   return std::all_of(nodes.begin(), nodes.end(), [&](const btSoftBody::Node& node) {
-    const btVector3 difference = body.m_sst.velmrg * node.m_v - btScalar(kAheadMotion) * (node.m_x - node.m_q);
-    return largest(difference) + kRounding * (largest(node.m_x) + largest(node.m_q)) <= slack;
+    bool lies_ahead = true;
+    for (int axis = 0; axis < 3; ++axis) {
+      const btScalar end = node.m_x[axis];
+      const btScalar start = node.m_q[axis];
+      const btScalar difference = body.m_sst.velmrg * node.m_v[axis] - btScalar(kAheadMotion) * (end - start);
+      lies_ahead &= btFabs(difference) + kRounding * (btFabs(end) + btFabs(start)) <= slack;
+    }
+    return lies_ahead;
   });
 }
 

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstdint>
+
 #include "softcd/core/host_device.hpp"
+#include "softcd/math/box.hpp"
 #include "softcd/math/scalar.hpp"
 #include "softcd/mesh/scene_view.hpp"
 
@@ -14,55 +17,48 @@ constexpr float kAheadMargins = 2.0F;
 /// Bounds the roundings of a box, of its positions too, relative to the largest coordinate.
 constexpr float kAheadError = 4.0F * kCoordinateError;
 
-/// An interval of a box, grown ahead.
-struct IntervalAhead {
-  float lo, hi;
-
-  static SOFTCD_HD IntervalAhead of(float lo, float hi, float motion) {
-    return {lo + smaller(0.0F, motion), hi + larger(0.0F, motion)};
-  }
+/// The box of some vertices, or of a triangle, without its body's margin.
+struct BoxAhead {
+  Box box;
+  float size;  ///< the largest magnitude of a coordinate at both ends of the step
 };
 
-/// Returns false only if the box of each of the vertices is apart from the triangle's box. `margins` is the sum of
-/// their bodies' margins.
+/// Returns a box around vertices at t1 and where each of them is three steps ahead.
 template <int kVertices>
-SOFTCD_HD bool may_meet_ahead(const SceneView& scene, const std::uint32_t (&vertices)[kVertices],
-                              const Triangle& triangle, float margins) {
-  float size = margins;
-  const auto measured = [&](Vec3f x) {
-    size = larger(size, max_norm(x));
-    return x;
-  };
-  Vec3f t0[kVertices];
-  Vec3f t1[kVertices];
-  for (int i = 0; i < kVertices; ++i) {
-    t0[i] = measured(scene.x_t0[vertices[i]]);
-    t1[i] = measured(scene.x_t1[vertices[i]]);
+SOFTCD_HD BoxAhead vertices_ahead(const SceneView& scene, const std::uint32_t (&vertices)[kVertices]) {
+  BoxAhead ahead = {box_of(scene.x_t1[vertices[0]]), 0.0F};
+  for (const std::uint32_t v : vertices) {
+    const Vec3f t0 = scene.x_t0[v];
+    const Vec3f t1 = scene.x_t1[v];
+    ahead.size = larger(ahead.size, larger(max_norm(t0), max_norm(t1)));
+    ahead.box = merged(ahead.box, merged(box_of(t1), box_of(t1 + kAheadMotion * (t1 - t0))));
   }
-  Vec3f corners_t0[3];
-  Vec3f corners_t1[3];
-  for (int i = 0; i < 3; ++i) {
-    corners_t0[i] = measured(scene.x_t0[triangle.v[i]]);
-    corners_t1[i] = measured(scene.x_t1[triangle.v[i]]);
+  return ahead;
+}
+
+/// Returns a box around a triangle at t1 and where it is three steps ahead with the mean motion of its corners.
+SOFTCD_HD inline BoxAhead triangle_ahead(const SceneView& scene, const Triangle& triangle) {
+  BoxAhead ahead = {box_of(scene.x_t1[triangle.v[0]]), 0.0F};
+  Vec3f motion = {0.0F, 0.0F, 0.0F};  // three times the mean
+  for (const std::uint32_t v : triangle.v) {
+    const Vec3f t0 = scene.x_t0[v];
+    const Vec3f t1 = scene.x_t1[v];
+    ahead.size = larger(ahead.size, larger(max_norm(t0), max_norm(t1)));
+    ahead.box = merged(ahead.box, box_of(t1));
+    motion = motion + (t1 - t0);
   }
-  const float reach = outward_up(kAheadMargins * margins + 2.0F * kAheadError * size);
+  ahead.box = merged(ahead.box, Box{ahead.box.lo + motion, ahead.box.hi + motion});
+  return ahead;
+}
+
+/// Returns false only if the boxes, grown by the rule, are certainly apart. `margins` is the sum of both bodies'
+/// margins.
+SOFTCD_HD inline bool may_meet(const BoxAhead& a, const BoxAhead& b, float margins) {
+  const float reach =
+      outward_up(kAheadMargins * margins + 2.0F * kAheadError * larger(margins, larger(a.size, b.size)));
   bool are_apart = false;
   for (int axis = 0; axis < 3; ++axis) {
-    const float a = corners_t1[0][axis];
-    const float b = corners_t1[1][axis];
-    const float c = corners_t1[2][axis];
-    // Three times the mean of the three motions.
-    const float motion = ((a - corners_t0[0][axis]) + (b - corners_t0[1][axis])) + (c - corners_t0[2][axis]);
-    const IntervalAhead face = IntervalAhead::of(smaller(smaller(a, b), c), larger(larger(a, b), c), motion);
-    bool is_below = true;
-    bool is_above = true;
-    for (int i = 0; i < kVertices; ++i) {
-      const float x = t1[i][axis];
-      const IntervalAhead vertex = IntervalAhead::of(x, x, kAheadMotion * (x - t0[i][axis]));
-      is_below = is_below && face.lo - vertex.hi > reach;
-      is_above = is_above && vertex.lo - face.hi > reach;
-    }
-    are_apart |= is_below | is_above;
+    are_apart |= (a.box.lo[axis] - b.box.hi[axis] > reach) | (b.box.lo[axis] - a.box.hi[axis] > reach);
   }
   return !are_apart;
 }

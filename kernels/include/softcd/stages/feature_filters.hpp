@@ -79,22 +79,25 @@ struct FilterTest {
   }
 };
 
-/// Returns false only if ContactRule::ahead excludes contacts of all these vertices with the triangle. What is within
-/// twice the margins always lies ahead.
-template <int kVertices>
-SOFTCD_HD bool may_lie_ahead(const SceneView& scene, const std::uint32_t (&vertices)[kVertices],
-                             const Triangle& triangle, const FeatureReach& reach) {
-  if (!scene.looks_ahead()) return true;
-  const float margins =
-      scene.bodies[scene.vertex_body[vertices[0]]].margin + scene.bodies[scene.vertex_body[triangle.v[0]]].margin;
-  return reach.margin <= kAheadMargins * margins || may_meet_ahead(scene, vertices, triangle, margins);
+/// Returns whether ContactRule::ahead may exclude contacts within this reach. What is within twice the sum of both
+/// bodies' margins always lies ahead.
+SOFTCD_HD inline bool reaches_behind(const FeatureReach& reach, float margins) {
+  return !(reach.margin <= kAheadMargins * margins);
 }
 
 /// Clears the corners of two triangles that need no test, because none lies ahead.
 SOFTCD_HD inline void leave_out_behind(const SceneView& scene, FeatureWork<ContactKind::vertex_triangle>& work) {
-  if (work.part_count() == 0) return;
-  if (!may_lie_ahead(scene, work.corners_a.v, work.corners_b, work.reach_a)) work.owned_a = 0;
-  if (!may_lie_ahead(scene, work.corners_b.v, work.corners_a, work.reach_b)) work.owned_b = 0;
+  if (!scene.looks_ahead() || work.part_count() == 0) return;
+  const float margins =
+      scene.bodies[scene.triangle_body[work.a]].margin + scene.bodies[scene.triangle_body[work.b]].margin;
+  if (work.owned_a != 0U && reaches_behind(work.reach_a, margins) &&
+      !may_meet(vertices_ahead(scene, work.corners_a.v), triangle_ahead(scene, work.corners_b), margins)) {
+    work.owned_a = 0;
+  }
+  if (work.owned_b != 0U && reaches_behind(work.reach_b, margins) &&
+      !may_meet(vertices_ahead(scene, work.corners_b.v), triangle_ahead(scene, work.corners_a), margins)) {
+    work.owned_b = 0;
+  }
 }
 template <class Item>
 SOFTCD_HD void leave_out_behind(const SceneView& /*scene*/, Item& /*item*/) {}
@@ -102,8 +105,15 @@ SOFTCD_HD void leave_out_behind(const SceneView& /*scene*/, Item& /*item*/) {}
 template <ContactKind kKind, bool kSwept>
 SOFTCD_HD bool filters_allow(const FeatureTest<kKind, kSwept>& test, const FeatureCandidate& candidate) {
   if constexpr (kKind == ContactKind::vertex_triangle) {
+    const SceneView& scene = test.scene;
     const std::uint32_t(&v)[4] = candidate.vertices.v;
-    if (!may_lie_ahead(test.scene, {v[0]}, Triangle{{v[1], v[2], v[3]}}, candidate.reach)) return false;
+    if (scene.looks_ahead()) {
+      const float margins = scene.bodies[scene.vertex_body[v[0]]].margin + scene.bodies[scene.vertex_body[v[1]]].margin;
+      if (reaches_behind(candidate.reach, margins) &&
+          !may_meet(vertices_ahead(scene, {v[0]}), triangle_ahead(scene, Triangle{{v[1], v[2], v[3]}}), margins)) {
+        return false;
+      }
+    }
   }
   return FilterTest<kKind>{test.scene}.may_touch(candidate.vertices);
 }
