@@ -33,6 +33,7 @@ std::vector<Mode> modes() {
     settings.backend = Backend::cpu;
     settings.self_collision = bullet::SelfCollision::all;
     settings.untangle = untangle;
+    settings.untangle_speed = 1;
     return settings;
   };
   return {{"Bullet", std::nullopt},

@@ -115,7 +115,7 @@ class Settings(TypedDict, total=False):
     untangle: Untangle | Literal["off", "later", "all"]
     """Which bodies that intersect are moved apart."""
     untangle_speed: float
-    """The greatest speed, in metres a second, at which untangle moves a node."""
+    """The greatest speed, in metres a second, at which untangle moves a node; 0 chooses by the lengths of edges."""
     filter_deformables: bool
     """Whether setCollisionFilterPair applies between deformable bodies, where Bullet ignores it."""
     read_out: ReadOut | Literal["off", "contacts", "impulses"]

@@ -23,6 +23,7 @@ bullet::Settings untangling(Detection detection, bullet::Untangle untangle = bul
   bullet::Settings settings = detection == Detection::ccd ? careful_settings() : cpu_settings();
   settings.self_collision = bullet::SelfCollision::all;
   settings.untangle = untangle;
+  settings.untangle_speed = 1;
   return settings;
 }
 
@@ -259,7 +260,7 @@ TEST(UntanglingLimits, a_slower_speed_takes_longer) {
 
 TEST(UntanglingLimits, a_speed_out_of_range_is_refused) {
   bullet::Settings settings = untangling(Detection::dcd);
-  settings.untangle_speed = 0;
+  settings.untangle_speed = -1;
   EXPECT_THROW(AnySimulation(World::one_line, settings), InvalidInput);
 }
 

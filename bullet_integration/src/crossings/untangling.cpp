@@ -105,6 +105,10 @@ WayOut way_of_gradient(const IntersectionRegions& found, std::uint32_t curve) {
   return way;
 }
 
+/// Speed at which nodes may move where the settings have none, in lengths of edges a second. A step of 1/60 s moves a
+/// node by a third of an edge, so that springs are not stretched much, whatever the units.
+constexpr double kEdgesPerSecond = 20;
+
 /// The points of a curve at edges of one side: their mean, and the edges' nodes with their weights.
 struct CurveSide {
   Vec3d sum{0, 0, 0};
@@ -359,6 +363,7 @@ void Untangling::find_ways(Pair pair, std::vector<Pair>& known) {
   pairs_.push_back(noted);
 
   const RegionChoice choice(found);
+  const btScalar speed = speed_of_ways(found);
   double length = 0;
   std::map<std::uint32_t, std::vector<std::pair<WayOut, ProbePoint>>> to_body;
   for (const IntersectionRegion* region : choice.regions()) {
@@ -371,6 +376,7 @@ void Untangling::find_ways(Pair pair, std::vector<Pair>& known) {
       WayOut way;
       way.ends.push_back({region->body, vertex.vertex, to_bullet(vertex.direction)});
       way.distance = btScalar(vertex.distance) + margin;
+      way.speed = speed;
       to_body[region->other.value].push_back({way, {target}});
     }
   }
@@ -382,12 +388,24 @@ void Untangling::find_ways(Pair pair, std::vector<Pair>& known) {
     length += found.curves[curve].length;
     WayOut way = way_of_gradient(found, curve);
     if (way.ends.empty()) way = way_of_edges(found, found.curves[curve]);
+    way.speed = speed;
     if (normalize(way)) add_way(way);
   }
   judge_attempt(pair, length);
   known.push_back(pair);
   // From here on `found` is no longer valid.
   for (const auto& [id, ways] : to_body) lead_to_faces(BodyId{id}, ways);
+}
+
+/// Returns the greatest speed of nodes: that of the settings, or one that suits the edges along the curves.
+btScalar Untangling::speed_of_ways(const IntersectionRegions& found) const {
+  if (settings_.untangle_speed > 0) return btScalar(settings_.untangle_speed);
+  double sum = 0;
+  for (const CurvePoint& point : found.points) {
+    const Vec3d from = start_of_node(point.edge_body, point.edge[0]);
+    sum += std::sqrt(squared_norm(start_of_node(point.edge_body, point.edge[1]) - from));
+  }
+  return btScalar(kEdgesPerSecond * sum / double(found.points.size()));
 }
 
 void Untangling::lead_to_faces(BodyId other, const std::vector<std::pair<WayOut, ProbePoint>>& ways) {
@@ -472,7 +490,7 @@ void Untangling::move(const btCollisionObjectArray& objects, btScalar time_step)
   if (pairs_.empty()) return;
   BT_PROFILE("softcd untangling");
   NodesOnWaysOut nodes(kind_, mirror_, objects);
-  nodes.move(ways_, btScalar(settings_.untangle_speed) * time_step, time_step);
+  nodes.move(ways_, time_step);
   impulses_ = nodes.impulses();
   for (const std::vector<Pair>* known : {&known_, &known_in_meshes_}) {
     for (const Pair& pair : *known) {

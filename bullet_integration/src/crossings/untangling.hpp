@@ -97,6 +97,7 @@ class Untangling {
   Triangle corners_of(BodyId id, std::uint32_t triangle) const;
   Vec3d start_of_node(BodyId id, std::uint32_t node) const;
   void release(BodyId id, std::uint32_t node, BodyId other);
+  btScalar speed_of_ways(const IntersectionRegions& found) const;
   void lead_to_faces(BodyId other, const std::vector<std::pair<WayOut, ProbePoint>>& ways);
   WayOut way_of_edges(const IntersectionRegions& found, const IntersectionCurve& curve) const;
   void release(const IntersectionRegions& found, const IntersectionCurve& curve);

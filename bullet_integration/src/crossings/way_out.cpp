@@ -60,16 +60,17 @@ bool NodesOnWaysOut::look_up(const WayOut& way) {
   return rigid.is_in_world;
 }
 
-void NodesOnWaysOut::move(const std::vector<WayOut>& ways, btScalar greatest_shift, btScalar time_step) {
+void NodesOnWaysOut::move(const std::vector<WayOut>& ways, btScalar time_step) {
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     for (const WayOut& way : ways) {
-      if (look_up(way)) move_along(way, greatest_shift, time_step);
+      if (look_up(way)) move_along(way, time_step);
     }
   }
   place_rigid_bodies();
 }
 
-void NodesOnWaysOut::move_along(const WayOut& way, btScalar greatest_shift, btScalar time_step) {
+void NodesOnWaysOut::move_along(const WayOut& way, btScalar time_step) {
+  const btScalar greatest_shift = way.speed * time_step;
   ContactInverseMass inverse_mass;
   btScalar gone = way.rigid.motion;
   btScalar speed = 0;

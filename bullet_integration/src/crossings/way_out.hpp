@@ -34,10 +34,11 @@ struct WayOut {
   std::vector<End> ends;
   RigidEnd rigid;
   btScalar distance = 0;  ///< sum of direction * motion over the ends with which the bodies are apart
+  btScalar speed = 0;     ///< greatest one of a node
 };
 
-/// Changes the nodes' and rigid bodies' ends of a step so that they go at least as far along each way as
-/// Settings::untangle_speed allows in the step, or to its end. An approach against the way stops like in an inelastic
+/// Changes the nodes' and rigid bodies' ends of a step so that they go at least as far along each way as its speed
+/// allows in the step, or to its end. An approach against the way stops like in an inelastic
 /// impact. The rest is a shift, which gives no velocity. Nodes that are massless, anchored or of sleeping bodies do not
 /// move, nor do static and kinematic objects. Untangling makes one for each step.
 class NodesOnWaysOut {
@@ -46,7 +47,7 @@ class NodesOnWaysOut {
   NodesOnWaysOut(const CrossingsOfKind& kind, const WorldMirror& mirror, const btCollisionObjectArray& objects)
       : kind_(kind), mirror_(mirror), objects_(objects) {}
 
-  void move(const std::vector<WayOut>& ways, btScalar greatest_shift, btScalar time_step);
+  void move(const std::vector<WayOut>& ways, btScalar time_step);
   /// Returns what move() has given to nodes.
   const std::vector<CrossingImpulse>& impulses() const { return impulses_; }
 
@@ -72,7 +73,7 @@ class NodesOnWaysOut {
   bool look_up(const WayOut& way);
   void hold_anchored(const btSoftBody& body);
   Rigid& rigid_of(const btCollisionObject& object);
-  void move_along(const WayOut& way, btScalar greatest_shift, btScalar time_step);
+  void move_along(const WayOut& way, btScalar time_step);
   void note_impulse(const WayOut& way, const Moved& moved, const btVector3& change);
   void place_rigid_bodies();
 

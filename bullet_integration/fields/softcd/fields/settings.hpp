@@ -50,9 +50,9 @@ inline constexpr auto kHelpOf<&bullet::Settings::untangle> =
     "or all";
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::untangle_speed> =
-    "The greatest speed, in metres a second, at which untangle moves a node";
+    "The greatest speed, in metres a second, at which untangle moves a node; 0 chooses by the lengths of edges";
 template <>
-inline constexpr ValueRange kRangeOf<&bullet::Settings::untangle_speed> = {.least = 1e-6, .most = 1e6};
+inline constexpr ValueRange kRangeOf<&bullet::Settings::untangle_speed> = {.least = 0, .most = 1e6};
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::filter_deformables> =
     "Deformable world: whether filters apply to pairs of soft bodies, where Bullet ignores them";

@@ -122,7 +122,9 @@ struct Settings {
   ConvexShapes convex_shapes = ConvexShapes::nodes;
   /// Which bodies that intersect are moved apart; none by a Dispatcher under a world of Bullet's own class.
   Untangle untangle = Untangle::later;
-  float untangle_speed = 1;  ///< greatest speed, m/s, at which `untangle` moves a node; above 0
+  /// Greatest speed, m/s, at which `untangle` moves a node. 0: 20 times the mean length of the edges that intersect
+  /// triangles, a second.
+  float untangle_speed = 0;
   /// Deformable world only: whether filter groups, masks, ignored pairs and the near callback apply to pairs of soft
   /// bodies. Bullet ignores them there; classic worlds always apply them.
   bool filter_deformables = false;
