@@ -22,7 +22,8 @@ inline namespace SOFTCD_VERSION_NAMESPACE {
 /// neither around its prediction nor after its solver. Three flaws of Bullet therefore remain here. It updates every
 /// body's node tree. It builds a face tree after each change of topology or of a mass, in time quadratic in the faces,
 /// and never finishes if the change splits a body. And nothing follows the solver: with Detection::ccd it may move
-/// nodes through faces, and Settings::untangle has no effect; the log says each once.
+/// nodes through faces, and Settings::untangle has no effect. The log says each once, the second only with
+/// Untangle::all.
 ///
 /// Bullet would never finish the face tree of a body in several parts, either: common edges do not connect all its
 /// faces, or links not all its nodes. Where a body is like that when pairs are dispatched, softcd gives it a face tree
