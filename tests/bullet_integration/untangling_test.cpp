@@ -8,7 +8,6 @@
 #include <tuple>
 #include <vector>
 
-#include "BulletCollision/CollisionShapes/btBoxShape.h"
 #include "BulletCollision/CollisionShapes/btSphereShape.h"
 #include "attached_worlds.hpp"
 #include "scenes/intersecting_bodies.hpp"
@@ -286,7 +285,7 @@ TEST_P(UntanglingLater, parts_bodies_that_meet_after_the_first_step) {
   EXPECT_LT(steps, kMostSteps);
 }
 
-/// What comes apart and meets again is no longer as the app has placed it.
+/// Bodies that come apart and meet again are no longer as the app has placed them.
 TEST_P(UntanglingLater, parts_bodies_that_meet_again) {
   Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
   btSoftBody& ball = *tangle.simulation().bodies()[1];

@@ -38,9 +38,9 @@ struct WayOut {
 };
 
 /// Changes the nodes' and rigid bodies' ends of a step so that they go at least as far along each way as its speed
-/// allows in the step, or to its end. An approach against the way stops like in an inelastic
-/// impact. The rest is a shift, which gives no velocity. Nodes that are massless, anchored or of sleeping bodies do not
-/// move, nor do static and kinematic objects. Untangling makes one for each step.
+/// allows in the step, or to its end. An approach against the way stops like in an inelastic impact. The rest is a
+/// shift, which gives no velocity. Nodes that are massless, anchored or of sleeping bodies do not move, nor do static
+/// and kinematic objects. Untangling makes one for each step.
 class NodesOnWaysOut {
  public:
   /// `objects` are the world's.
