@@ -65,7 +65,7 @@ class Untangle(enum.Enum):
     later = "later"
     """With detection="dcd", those that did not intersect when both were first in the world."""
     all = "all"
-    """Those that intersect from the start, too."""
+    """Those that intersect from the start, and those with filters, too."""
 
 
 class ReadOut(enum.Enum):

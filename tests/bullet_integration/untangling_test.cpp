@@ -300,6 +300,23 @@ TEST_P(UntanglingLater, parts_bodies_that_meet_again) {
   EXPECT_LT(steps, kMostSteps);
 }
 
+TEST_P(UntanglingLater, leaves_bodies_with_filters_to_the_app) {
+  Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
+  btSoftBody& ball = *tangle.simulation().bodies()[1];
+  shift(ball, btVector3(5, 0, 0));
+  tangle.simulation().step_once();
+  bullet::BodyFilters filters;
+  filters.nodes.assign(static_cast<std::size_t>(ball.m_nodes.size()), {.group = 2, .mask = 2});
+  tangle.simulation().detection().set_filters(ball, filters);
+  shift(ball, btVector3(-5, 0, 0));
+  ASSERT_GT(tangle.edges(), 0U);
+  for (int i = 0; i < 40; ++i) {
+    tangle.step();
+    EXPECT_TRUE(tangle.pairs().empty()) << "step " << i;
+  }
+  EXPECT_GT(tangle.edges(), 0U);
+}
+
 INSTANTIATE_TEST_SUITE_P(InEveryWorld, UntanglingLater, kLookingWorlds, world_name);
 
 int count_contacts(Tangle& tangle) {

@@ -183,8 +183,17 @@ void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule) {
 /// Returns whether this step moves the pair apart if it intersects. It does not if the settings leave the pair to the
 /// app, after a vain attempt, and if its soft bodies sleep.
 bool Untangling::is_moved(const Pair& pair) const {
-  if (pair.is_from_start && settings_.untangle != Untangle::all) return false;
+  if (settings_.untangle != Untangle::all && (pair.is_from_start || has_filters(pair))) return false;
   return step_ >= pair.resumes_at && (pair.attempt_step > 0 || is_awake(pair));
+}
+
+/// Returns whether the app has set filters of one of the bodies. They may let nodes through.
+bool Untangling::has_filters(const Pair& pair) const {
+  const auto is_filtered = [this](BodyId id) {
+    const Member* const member = mirror_.find(id);
+    return member != nullptr && member->filters != 0;
+  };
+  return is_filtered(pair.bodies.a) || is_filtered(pair.bodies.b);
 }
 
 /// Returns whether a soft body of the pair is awake.

@@ -85,6 +85,7 @@ class Untangling {
   Probe& probe();
   bool is_search_step() const { return step_ % kStepsBetweenSearches == 1; }
   bool is_moved(const Pair& pair) const;
+  bool has_filters(const Pair& pair) const;
   bool is_awake(const Pair& pair) const;
   void judge_attempt(Pair& pair, double way) const;
   void search(Span<btSoftBody* const> bodies, const PairRule& rule);

@@ -56,7 +56,7 @@ enum class ConvexShapes : std::uint32_t {
 enum class Untangle : std::uint32_t {
   off,
   later,  ///< with dcd, those that did not intersect when both were first in the world; the app may have meant what did
-  all,    ///< those that intersect from the start, too
+  all,    ///< those that intersect from the start, and those with filters, too
 };
 
 /// The response to a step in which softcd fails with an Error or std::bad_alloc.
