@@ -362,8 +362,8 @@ TEST(UntanglingAttempts, wake_no_body) {
   tangle.step();
   ASSERT_EQ(tangle.pairs().size(), 1U);
   btSoftBody* const cloths[] = {tangle.simulation().bodies()[0], tangle.simulation().bodies()[1]};
-  for (int b = 0; b < 2; ++b) {
-    for (int n = 1; n < cloths[b]->m_nodes.size(); ++n) cloths[b]->setMass(n, 0);
+  for (btSoftBody* cloth : cloths) {
+    for (int n = 1; n < cloth->m_nodes.size(); ++n) cloth->setMass(n, 0);
   }
   for (int i = 0; i < 20; ++i) tangle.step();
   ASSERT_TRUE(tangle.pairs().empty());
