@@ -213,17 +213,14 @@ class DetectionStages {
   /// not possible, searches all pairs.
   void find_pairs_or_reuse(BroadPhase& broad_phase, NarrowPhase& narrow_phase) {
     if (has_reused_) return keeping_->enqueue_reuse(broad_phase);
-    bool has_found = false;
     if (may_keep_ && keeping_->work().keeps_pairs) {
       keeping_->with_kept_volumes([&] {
         broad_phase.prepare(Wanted::overlapping_volumes, keeping_->grows_volumes());
-        has_found = keeping_->may_keep_pairs();
-        if (has_found) keeping_->enqueue_pairs(broad_phase);
+        keeping_->enqueue_pairs(broad_phase);
       });
-      if (has_found) return;
-    } else {
-      broad_phase.prepare(Wanted::meeting_triangles, false);
+      return;
     }
+    broad_phase.prepare(Wanted::meeting_triangles, false);
     if (Backend::kKnowsCounts && (account_.is_limited() || chunks_.count() > 1)) {
       chunks_.require(w_.counters.data()->tests / kMostTestsOfChunk + 1);
     }

@@ -118,12 +118,6 @@ class PairKeeping {
     if (swaps) std::swap(w_.volumes, kept_.volumes);
   }
 
-  /// Whether pairs may be kept, after prepare(): not if triangles are known to be split.
-  bool may_keep_pairs() const {
-    if constexpr (Backend::kKnowsCounts) return w_.counters.data()->splits == 0;
-    return true;
-  }
-
   /// Keeps all pairs whose volumes overlap, and finds this detection's pairs. Called within with_kept_volumes().
   void enqueue_pairs(Stages& stages) const {
     stages.keep_pairs(grows_volumes() ? kept_.volumes.data() : w_.volumes.data());
@@ -133,8 +127,8 @@ class PairKeeping {
   /// Discards the kept pairs, which are not complete.
   void drop() { kept_.has_pairs = false; }
 
-  /// Called when all has run. Keeps nothing if triangles were split: their pairs are found by the cells of their
-  /// children, not by their volumes.
+  /// Called when all has run. Later detections get nothing if triangles were split: their pairs were found by the cells
+  /// of their children, not by their volumes.
   void conclude(const Counters& counters) {
     if (lesson_) learn(*lesson_, counters);
     if (!work_.keeps_volumes || counters.splits > 0) return;
