@@ -121,8 +121,7 @@ TEST(PerturbedSide, changes_sign_with_the_order_of_points) {
     const PerturbedSide side = perturbed_side(points[0], points[1], points[2], points[3]);
     ASSERT_EQ(std::abs(side.side), 1);
     perturbed += side.is_perturbed ? 1 : 0;
-    Vec3f x[4];
-    std::transform(points.begin(), points.end(), x, [](const auto& point) { return vec3_cast<float>(point.x); });
+    const Vec3d x[4] = {points[0].x, points[1].x, points[2].x, points[3].x};
     ASSERT_EQ(side.is_perturbed, reference(x) == 0);
     if (!side.is_perturbed) {
       ASSERT_EQ(side.side, reference(x));
