@@ -12,12 +12,14 @@
 
 namespace softcd::detail {
 
-/// A body's surface. Bodies are numbered by ascending ids, vertices and triangles within their body.
+/// A body's surface. Positions are in world coordinates if they are `given`, else relative to the scene's origin; one
+/// of both holds for all bodies. Bodies are numbered by ascending ids, vertices and triangles within their body.
 struct Surface {
   BodyId id;
   std::uint32_t number = 0;
   MeshView mesh;
   Span<const Vec3f> x;
+  Span<const Vec3d> given;  ///< the positions that `x` rounds, in world coordinates; empty where all of `x` is exact
   Span<const Ownership> ownership;
   bool is_closed = false;
 
@@ -30,8 +32,8 @@ struct Surface {
     const auto& v = mesh.triangles[t].v;
     return v[0] != v[1] && v[1] != v[2] && v[2] != v[0] && (ownership[t] & kLeftOut) == 0;
   }
-  PerturbedPoint point(std::uint32_t v) const { return {x[v], number, v}; }
-  Vec3d position(std::uint32_t v) const { return vec3_cast<double>(x[v]); }
+  PerturbedPoint point(std::uint32_t v) const { return {position(v), number, v}; }
+  Vec3d position(std::uint32_t v) const { return given.empty() ? vec3_cast<double>(x[v]) : given[v]; }
 };
 
 struct SurfaceEdge {

@@ -25,7 +25,7 @@ class ProbeCore final : public SceneUser {
   /// Finds the overlaps of spheres, capsules or boxes.
   template <class Shape>
   AnswerLists<TriangleOverlap> overlaps(Span<const Shape> shapes) {
-    return answers(shapes.size(), false, [&](SpatialQueries& queries) { return queries.overlaps(shapes); });
+    return answers(shapes.size(), {}, [&](SpatialQueries& queries) { return queries.overlaps(shapes); });
   }
   AnswerLists<TriangleOverlap> overlaps(Span<const ProbeHull> hulls);
   Span<const BodyDistance> distances(Span<const ProbeBodies> pairs);
@@ -48,23 +48,25 @@ class ProbeCore final : public SceneUser {
  private:
   /// Returns the results of ask(queries) for `questions` questions; nothing if there are none.
   template <class Ask>
-  auto answers(std::size_t questions, bool wants_sides, const Ask& ask) {
-    return answers(questions, wants_sides, filter_, ask);
+  auto answers(std::size_t questions, ProbeNeeds needs, const Ask& ask) {
+    return answers(questions, needs, filter_, ask);
   }
   template <class Ask>
-  auto answers(std::size_t questions, bool wants_sides, const BodyFilter& filter, const Ask& ask) {
+  auto answers(std::size_t questions, ProbeNeeds needs, const BodyFilter& filter, const Ask& ask) {
     require_answerable(questions);
     decltype(ask(std::declval<SpatialQueries&>())) answers{};
     if (questions == 0) return answers;
-    const ProbeRequest request = {*this, options_.step_end == StepEnd::t0, wants_sides, filter, bodies_};
+    const ProbeRequest request = {*this, options_.step_end == StepEnd::t0, needs, filter, bodies_};
     scene_->answer(request, [&](SpatialQueries& queries) { answers = ask(queries); });
     return answers;
   }
   /// Returns the results of ask(queries, questions, number of items) for these pairs.
   template <class Ask>
-  auto answers_about(Span<const ProbeBodies> pairs, const Ask& ask, bool wants_sides = false);
+  auto answers_about(Span<const ProbeBodies> pairs, ProbeNeeds needs, const Ask& ask);
   /// Gives the vertices of regions between different bodies their nearest points of the other body.
-  void lead_out();
+  void lead_out(const ProbeBodies& pair);
+  /// Returns the question about the bodies of the last answer.
+  RegionQuestion region_question(const ProbeBodies& pair) const;
   /// Throws Error when the scene is gone.
   void require_scene() const;
   /// Also throws InvalidInput for too many questions.

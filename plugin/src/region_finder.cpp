@@ -31,9 +31,11 @@ double area_of(const Surface& surface, std::uint32_t t) {
 /// through the segment from the vertex to a point above the surface.
 int winding_number(const Surface& surface, const Surface& of, std::uint32_t v) {
   const PerturbedPoint from = of.point(v);
-  float highest = from.x.z;
-  for (std::uint32_t i = 0; i < surface.mesh.vertex_count; ++i) highest = std::max(highest, surface.x[i].z);
-  const Vec3f above = {from.x.x, from.x.y, std::nextafter(highest, std::numeric_limits<float>::infinity())};
+  double highest = from.x.z;
+  for (std::uint32_t i = 0; i < surface.mesh.vertex_count; ++i) {
+    if (std::isfinite(surface.x[i].z)) highest = std::max(highest, surface.position(i).z);
+  }
+  const Vec3d above = {from.x.x, from.x.y, std::nextafter(highest, std::numeric_limits<double>::infinity())};
   const PerturbedPoint to = {above, of.number, kFarPoint};
   int winding = 0;
   for (std::uint32_t t = 0; t < surface.mesh.face_count(); ++t) {

@@ -17,25 +17,51 @@ void set_way_out(RegionVertex& vertex, Vec3d offset) {
   vertex.direction = distance > 0 ? (1.0 / distance) * offset : Vec3d{0, 0, 0};
 }
 
-std::vector<Surface> surfaces_of(const SceneStore& scene, const RegionQuestion& question) {
-  const SceneArrays arrays = scene.arrays();
-  const Span<const Vec3f> x = question.at_t0 ? arrays.x_t0 : arrays.x_t1;
-  std::vector<Surface> surfaces;
-  for (std::uint32_t number = 0; number < question.bodies.size(); ++number) {
-    const ProbedBody& body = question.bodies[number];
+/// Reads the surfaces of a scene: the given positions if floats round some of them, else the floats.
+class SurfaceReader {
+ public:
+  SurfaceReader(const SceneStore& scene, const RegionQuestion& question) : scene_(scene), bodies_(question.bodies) {
+    const SceneArrays arrays = scene.arrays();
+    x_ = question.at_t0 ? arrays.x_t0 : arrays.x_t1;
+    if (scene.positions().are_rounded_at(question.at_t0)) given_ = question.at_t0 ? arrays.full_t0 : arrays.full_t1;
+  }
+
+  /// Returns the point that the surfaces' positions are relative to.
+  Vec3d origin() const { return given_.empty() ? scene_.positions().origin() : Vec3d{0, 0, 0}; }
+
+  Surface surface(std::uint32_t number) const {
+    const ProbedBody& body = bodies_[number];
     Surface surface;
     surface.id = BodyId{body.id};
     surface.number = number;
-    if (body.is_asked) {
-      const Body& stored = scene.bodies()[number];
-      surface.mesh = scene.layout().mesh_of(stored);
-      surface.ownership = scene.layout().ownership_of(stored);
-      surface.x = {x.data() + body.first_vertex, body.vertex_count};
-      surface.is_closed = body.is_closed;
-    }
-    surfaces.push_back(surface);
+    if (!body.is_asked) return surface;
+    const Body& stored = scene_.bodies()[number];
+    surface.mesh = scene_.layout().mesh_of(stored);
+    surface.ownership = scene_.layout().ownership_of(stored);
+    surface.x = {x_.data() + body.first_vertex, body.vertex_count};
+    if (!given_.empty()) surface.given = {given_.data() + body.first_vertex, body.vertex_count};
+    surface.is_closed = body.is_closed;
+    return surface;
   }
-  return surfaces;
+
+  std::vector<Surface> all() const {
+    std::vector<Surface> surfaces;
+    for (std::uint32_t number = 0; number < bodies_.size(); ++number) surfaces.push_back(surface(number));
+    return surfaces;
+  }
+
+ private:
+  const SceneStore& scene_;
+  Span<const ProbedBody> bodies_;
+  Span<const Vec3f> x_;
+  Span<const Vec3d> given_;  ///< empty if all floats are exact
+};
+
+/// Returns the way from a point to the nearest point of a triangle.
+Vec3d offset_to(Vec3d x, const Surface& surface, const Triangle& triangle) {
+  const ClosestPoints<double> closest = closest_points_vertex_triangle(
+      x, surface.position(triangle.v[0]), surface.position(triangle.v[1]), surface.position(triangle.v[2]));
+  return (-1.0 / closest.scale) * closest.offset;
 }
 
 }  // namespace
@@ -64,17 +90,17 @@ void RegionReport::clear() {
 void RegionReport::find(const SceneStore& scene, const RegionQuestion& question,
                         Span<const TriangleIntersection> pairs) {
   clear();
-  const std::vector<Surface> surfaces = surfaces_of(scene, question);
+  const SurfaceReader reader(scene, question);
+  const std::vector<Surface> surfaces = reader.all();
   const IntersectionCurves curves = trace_curves(surfaces, pairs);
   parts_.follow(scene.layout().revision());
   const std::vector<SurfacePair> inside =
       question.may_be_inside() ? parts_.pairs_within_boxes(surfaces, question.pair) : std::vector<SurfacePair>();
   touching_pairs_ = curves.touching_pairs;
   const std::vector<FoundRegion> found = find_regions(surfaces, curves, inside);
-  const Vec3d origin = scene.positions().origin();
-  list_curves(curves, surfaces, origin);
+  list_curves(curves, surfaces, reader.origin());
   list_regions(found, surfaces);
-  lead_out(found, curves, surfaces, origin);
+  lead_out(found, curves, surfaces, reader.origin());
 }
 
 void RegionReport::list_curves(const IntersectionCurves& found, Span<const Surface> surfaces, Vec3d origin) {
@@ -151,10 +177,14 @@ void RegionReport::lead_out(Span<const FoundRegion> found, const IntersectionCur
   }
 }
 
-void RegionReport::lead_to(const Search& search, Span<const ClosestPoint> closest) {
+void RegionReport::lead_to(const SceneStore& scene, const RegionQuestion& question, const Search& search,
+                           Span<const ClosestPoint> closest) {
+  const SurfaceReader reader(scene, question);
+  const Surface other = reader.surface(number_of(search.other, question.bodies));
   for (std::size_t i = 0; i < search.points.size(); ++i) {
-    if (closest[i].has_point())
-      set_way_out(vertices_[search.vertices[i]], closest[i].position - search.points[i].point);
+    if (!closest[i].has_point()) continue;
+    const Triangle triangle = other.triangle(closest[i].triangle);
+    set_way_out(vertices_[search.vertices[i]], offset_to(search.points[i].point - reader.origin(), other, triangle));
   }
 }
 
@@ -179,11 +209,10 @@ void RegionReport::lead_to_opposite(std::size_t index, Span<const FoundRegion> f
     for (const std::uint32_t t : targets) {
       const Triangle triangle = surface.triangle(t);
       if (has_vertex(triangle, vertex.vertex)) continue;
-      const ClosestPoints<double> closest = closest_points_vertex_triangle(
-          x, surface.position(triangle.v[0]), surface.position(triangle.v[1]), surface.position(triangle.v[2]));
-      if (closest.distance() >= nearest) continue;
-      nearest = closest.distance();
-      offset = (-1.0 / closest.scale) * closest.offset;
+      const Vec3d to_triangle = offset_to(x, surface, triangle);
+      if (squared_norm(to_triangle) >= nearest) continue;
+      nearest = squared_norm(to_triangle);
+      offset = to_triangle;
     }
     set_way_out(vertex, offset);
   }

@@ -34,7 +34,9 @@ class RegionReport {
   void clear();
   /// Returns the searches that the last find() needs; each must be passed to lead_to() with its results.
   const std::vector<Search>& searches() const { return searches_; }
-  void lead_to(const Search& search, Span<const ClosestPoint> closest);
+  /// Sets the ways out to the triangles that are closest to a search's points. Scene and pair are those of find().
+  void lead_to(const SceneStore& scene, const RegionQuestion& question, const Search& search,
+               Span<const ClosestPoint> closest);
   IntersectionRegions view() const;
 
  private:

@@ -396,6 +396,8 @@ void SceneCore::answer_on_host(const std::function<void(const SceneStore&)>& f) 
       [&] {
         if (store_->positions().are_on_device()) {
           reading([&] { store_->positions().take_to_host(detector_->position_reader()); });
+          const ScenePositions& positions = store_->positions();
+          if (positions.are_rounded_at(true) || positions.are_rounded_at(false)) store_->positions().fill_full();
         }
         f(*store_);
       });
@@ -404,7 +406,7 @@ void SceneCore::answer_on_host(const std::function<void(const SceneStore&)>& f) 
 ProbedScene SceneCore::probed_scene(const ProbeRequest& request) {
   apply_changes(request.user.needed_positions(), /*may_predict=*/false, /*lists_neighbours=*/false);
   warn_of_strays();
-  if (request.wants_sides) store_->layout().find_closed_surfaces();
+  if (request.needs.sides) store_->layout().find_closed_surfaces();
   request.bodies.clear();
   for (const Body& body : store_->bodies()) {
     const bool has_positions = !body.is_removed && body.positions.are_set();
@@ -417,7 +419,8 @@ ProbedScene SceneCore::probed_scene(const ProbeRequest& request) {
   const Box bounds = extent.is_empty()
                          ? box_of(Vec3f{0, 0, 0})
                          : Box{vec3_cast<float>(extent.lo - origin), vec3_cast<float>(extent.hi - origin)};
-  return {request.bodies, origin, bounds, request.at_t0, store_->revision()};
+  const bool covers_rounding = request.needs.given_positions && store_->positions().are_rounded_at(request.at_t0);
+  return {request.bodies, origin, bounds, request.at_t0, covers_rounding, store_->revision()};
 }
 
 /// Returns the positions that any of the scene's queries and probes needs.

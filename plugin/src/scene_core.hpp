@@ -66,11 +66,17 @@ struct DetectionRequest {
   Statistics& statistics;          ///< receives the memory counters when memory runs out
 };
 
+/// The parts of a scene that only some questions need.
+struct ProbeNeeds {
+  bool sides = false;            ///< of closed surfaces
+  bool given_positions = false;  ///< where floats round them
+};
+
 /// A probe's request to its scene. The references are the probe's.
 struct ProbeRequest {
   SceneUser& user;
   bool at_t0;
-  bool wants_sides;
+  ProbeNeeds needs;
   const BodyFilter& filter;
   std::vector<ProbedBody>& bodies;  ///< receives the scene's bodies
 };

@@ -61,6 +61,14 @@ bool ScenePositions::has_new_doubles_on_device() const {
                      [](const Body& body) { return is_new_on_device(body) && body.positions.given_t1().is_double(); });
 }
 
+bool ScenePositions::are_rounded_at(bool t0) const {
+  const std::vector<Body>& bodies = layout_.bodies();
+  return std::any_of(bodies.begin(), bodies.end(), [t0](const Body& body) {
+    const StepSurvey& survey = body.positions.survey();
+    return body.positions.are_set() && (t0 ? survey.t0 : survey.t1).is_rounded;
+  });
+}
+
 Extent ScenePositions::extent_at(bool t0) const {
   Extent extent;
   for (const Body& body : layout_.bodies()) {

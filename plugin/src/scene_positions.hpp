@@ -58,6 +58,8 @@ class ScenePositions {
   /// Returns whether some positions on a device are doubles that were not surveyed.
   bool has_new_doubles_on_device() const;
   Vec3d origin() const { return origin_; }
+  /// Returns whether a float in the arrays differs from the position that was given, at one end.
+  bool are_rounded_at(bool t0) const;
   /// Returns the extent of all positions at one end.
   Extent extent_at(bool t0) const;
   /// Returns a number that changes with the positions; 0 at first.

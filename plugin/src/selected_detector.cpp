@@ -118,6 +118,7 @@ void SelectedDetector::answer(SceneStore& scene, QueryMemories& probe, std::uint
   query_ = &probe;
   input_ = {};
   input_.reads_t0 = probed.at_t0;
+  input_.settings.covers_rounding = probed.covers_rounding;
   const auto answer_in = [&](Slot& slot) {
     const Ready there = ready(slot, &Detector::make_probe);
     there.detector.answer(there.memory, probed, ask);

@@ -187,13 +187,13 @@ class Questions:
 
     def intersections(self, pairs: BodyPairs = ((None, None),)) -> AnswerLists:
         """Finds all intersecting triangles of a and b for each pair (a, b): `body_a`, `triangle_a`, `body_b`,
-        `triangle_b`. The decision is exact for the scene's positions. Where a is b, it finds intersections within the
-        body. Where both are None, the default, it compares all bodies with each other and with themselves. Each
+        `triangle_b`. The decision is exact for the positions as given, float32 or float64. Where a is b, it finds
+        intersections within the body. Where both are None, the default, it compares all bodies with each other and with themselves. Each
         intersection is reported once, in the order of the first, then of the second triangle."""
         return AnswerLists(*self._core.intersections(pairs))
 
     def has_intersections(self, a: int | None = None, b: int | None = None) -> bool:
-        """Returns whether an intersection exists. Stops at the first one."""
+        """Returns whether intersections() would find one. Stops at the first one."""
         return self._core.has_intersections(a, b)
 
 
@@ -213,14 +213,14 @@ class Probe(Questions):
 
     def intersection_regions(self, a: int | None = None, b: int | None = None) -> IntersectionRegions:
         """Finds the curves along which surfaces intersect, the regions of each surface that are on the wrong side, and
-        the way out for their vertices; also surfaces that are whole inside a closed one. The bodies are as for
-        intersections(); by default it compares all."""
+        the way out for their vertices; also surfaces that are whole inside a closed one. The bodies and the precision
+        are those of intersections(); by default it compares all."""
         return IntersectionRegions(*self._core.intersection_regions(a, b))
 
     def intersections_after(self, changes: Sequence[MeshChange]) -> AnswerLists:
         """Finds the triangles that each change's new triangles would intersect. `added` is the new triangle's index.
         `body` and `triangle` are one of the remaining triangles or, with softcd.NO_BODY, a later one of the new ones.
-        Each change is judged alone, with the scene as it is."""
+        Each change is judged alone, with the scene as it is, and for positions rounded to float32."""
         return AnswerLists(*self._core.intersections_after(changes))
 
     def set_body_filter(self, filter: Callable[[int], bool] | None) -> None:

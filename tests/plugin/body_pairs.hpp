@@ -58,8 +58,8 @@ inline std::vector<Intersection> as_tuples(Span<const TriangleIntersection> foun
 }
 
 /// Returns all intersections of the scene, each once; bodies are numbered by their places in it.
-inline std::vector<Intersection> all_intersections(const ProbedBodies& probed) {
-  const std::vector<PlacedTriangle> triangles = placed_triangles(probed);
+inline std::vector<Intersection> all_intersections(const ProbedBodies& probed, StepEnd step_end = StepEnd::t1) {
+  const std::vector<PlacedTriangle> triangles = placed_triangles(probed, step_end);
   const auto vertices = [&](const PlacedTriangle& t) { return probed.bodies[t.body.value].triangles[t.index]; };
   std::vector<Intersection> pairs;
   for (std::size_t i = 0; i < triangles.size(); ++i) {

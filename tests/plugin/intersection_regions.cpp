@@ -476,6 +476,44 @@ TEST(IntersectionRegions, of_a_cloth_with_itself_lead_to_each_other) {
 }
 
 /// A sheet through the middle of a triangle and a needle through it reach no vertex.
+/// Rounding to float32 would move the corner by up to 2e-6.
+TEST(IntersectionRegions, of_doubles_lead_out_of_the_least_depth) {
+  const Vec3d place = {10, 20, 30};
+  const Vec3d normal = 1.0 / 3.0 * Vec3d{1, 2, 2};
+  const Vec3d along = 1.0 / 3.0 * Vec3d{2, 1, -2};
+  const Vec3d across = cross(normal, along);
+  const Mesh plate = {{{{0, 1, 2}}}, {place + along, place - along + across, place - along - across}};
+  Random random(4);
+  for (int i = 0; i < 40; ++i) {
+    const double depth = 1e-9 * (i + 1);
+    const Vec3d corner =
+        place + random.uniform(-0.1, 0.1) * along + random.uniform(-0.1, 0.1) * across - depth * normal;
+    const Vec3d top = corner + normal;
+    const Mesh tip = {{{{0, 2, 1}}, {{0, 3, 2}}, {{0, 1, 3}}, {{1, 2, 3}}},
+                      {corner, top + 0.5 * along, top + 0.5 * across, top - 0.5 * along - 0.5 * across}};
+    for (const double height : {0.0, 2 * depth}) {
+      SCOPED_TRACE(testing::Message() << "depth " << depth << " at height " << height);
+      ProbedBodies probed({still(tip, {}), still(plate, {})});
+      const Positions3 x = moved(tip, height * normal).positions;
+      probed.scene.set_positions(probed.ids[0], x);
+      const IntersectionRegions found = probed.probe.intersection_regions();
+      if (height > 0) {
+        EXPECT_TRUE(found.curves.empty());
+        EXPECT_EQ(found.touching_pairs, 0U);
+        continue;
+      }
+      ASSERT_EQ(found.curves.size(), 1U);
+      EXPECT_TRUE(found.curves[0].is_closed);
+      ASSERT_EQ(found.regions.size(), 2U);
+      ASSERT_EQ(found.regions[0].vertex_count, 1U);
+      const RegionVertex& vertex = found.vertices[found.regions[0].first_vertex];
+      EXPECT_EQ(vertex.vertex, 0U);
+      EXPECT_NEAR(vertex.distance, depth, 1e-13);
+      EXPECT_GT(dot(vertex.direction, normal), 0.999);
+    }
+  }
+}
+
 TEST(IntersectionRegions, without_a_vertex_have_triangles) {
   const Mesh needle = box({0.625, 0.5, -1}, {0.6875, 0.5625, 1});
   const Mesh sheet = {{{{0, 1, 2}}}, {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}};

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -36,6 +38,40 @@ Mesh sheet_of_long_numbers(int offset) {
   return mesh;
 }
 
+/// Rounds all positions to float32.
+void round_positions(Scene& bodies) {
+  for (SceneBody& body : bodies) {
+    for (Positions3* const x : {&body.x_t0, &body.x_t1}) {
+      for (Vec3d& p : *x) p = vec3_cast<double>(vec3_cast<float>(p));
+    }
+  }
+}
+
+/// Returns two bodies of `count` triangles each, with coordinates up to 40. The first corner of triangle i of one body
+/// is within 1e-9 of triangle i of the other body: beside it, or beyond it.
+Scene close_triangles(std::uint32_t count) {
+  Random random(17);
+  Mesh meshes[2];
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec3d place = {10.0 + 3.0 * (i % 10), 10.0 + 3.0 * (i / 10 % 10), 10.0 + 3.0 * (i / 100)};
+    const Vec3d normal = random.direction();
+    const Vec3d along = cross(normal, random.direction());
+    const Vec3d across = cross(normal, along);
+    const Vec3d apex = place + random.uniform(-1e-9, 1e-9) * normal;
+    meshes[0].positions.insert(meshes[0].positions.end(), {place + along, place - along + across, place - across});
+    meshes[1].positions.insert(meshes[1].positions.end(), {apex, apex + normal + 0.25 * along, apex + normal});
+    for (Mesh& mesh : meshes) mesh.triangles.push_back({{3 * i, 3 * i + 1, 3 * i + 2}});
+  }
+  return {still(meshes[0], {}), still(meshes[1], {})};
+}
+
+/// Returns the number of intersections that are not among others.
+std::size_t count_of_others(const std::vector<Intersection>& all, const std::vector<Intersection>& others) {
+  std::vector<Intersection> rest;
+  std::set_difference(all.begin(), all.end(), others.begin(), others.end(), std::back_inserter(rest));
+  return rest.size();
+}
+
 std::vector<NamedScene> entangled_scenes() {
   std::vector<NamedScene> scenes = odd_scenes();
   const Mesh ball = outward_ball(2, 1.0);
@@ -45,13 +81,7 @@ std::vector<NamedScene> entangled_scenes() {
                     {still(slanted_sheet(0), {}), still(slanted_sheet(0.25), {}), still(slanted_sheet(0.125), {})}});
   scenes.push_back({"sheets of long numbers in one plane",
                     {still(sheet_of_long_numbers(0), {}), still(sheet_of_long_numbers(1), {})}});
-  for (NamedScene& named : scenes) {
-    for (SceneBody& body : named.bodies) {
-      for (Positions3* const x : {&body.x_t0, &body.x_t1}) {
-        for (Vec3d& p : *x) p = vec3_cast<double>(vec3_cast<float>(p));
-      }
-    }
-  }
+  for (NamedScene& named : scenes) round_positions(named.bodies);
   return scenes;
 }
 
@@ -84,7 +114,11 @@ std::vector<ProbeBodies> all_questions(const std::vector<BodyId>& ids) {
 
 TEST(Intersections, are_those_of_rational_arithmetic) {
   std::size_t count = 0;
-  for (NamedScene& named : entangled_scenes()) {
+  std::vector<NamedScene> scenes = entangled_scenes();
+  const Mesh ball = icosphere(2, 1.0 / 3.0);
+  scenes.push_back({"balls of doubles", {still(ball, {}), still(moved(ball, {0.1, 0.2, 0}), {})}});
+  scenes.push_back({"a crumpled cloth of doubles", {still(crumpled_cloth(16, 14, 0.3, 0.06, 5), {})}});
+  for (NamedScene& named : scenes) {
     SCOPED_TRACE(named.name);
     ProbedBodies probed(std::move(named.bodies));
     const std::vector<Intersection> all = all_intersections(probed);
@@ -100,6 +134,42 @@ TEST(Intersections, are_those_of_rational_arithmetic) {
     }
   }
   EXPECT_GT(count, 2500U);
+}
+
+/// At the end of the step that is not asked about, the bodies are far apart.
+TEST(Intersections, are_those_of_double_positions) {
+  for (const double distance : {0.0, 1e5}) {
+    for (const StepEnd end : {StepEnd::t1, StepEnd::t0}) {
+      SCOPED_TRACE(testing::Message() << "at " << distance << ", " << (end == StepEnd::t0 ? "t0" : "t1"));
+      Scene bodies = close_triangles(300);
+      for (SceneBody& body : bodies) {
+        for (Vec3d& x : body.x_t1) x.x += distance;
+        body.x_t0 = body.x_t1;
+      }
+      for (Vec3d& x : end == StepEnd::t1 ? bodies[1].x_t0 : bodies[1].x_t1) x.z += 100;
+      Scene rounded = bodies;
+      round_positions(rounded);
+      const std::vector<Intersection> of_floats = all_intersections(ProbedBodies(std::move(rounded)), end);
+      ProbedBodies probed(std::move(bodies), end);
+      const std::vector<Intersection> all = all_intersections(probed, end);
+      EXPECT_GT(count_of_others(all, of_floats), 30U) << "that rounding would lose";
+      EXPECT_GT(count_of_others(of_floats, all), 30U) << "that rounding would make";
+      EXPECT_EQ(as_tuples(probed.probe.intersections()), all);
+      EXPECT_EQ(probed.probe.has_intersections(), !all.empty());
+    }
+  }
+}
+
+/// Rounding makes the sheets one.
+TEST(Intersections, of_sheets_in_double_that_are_apart_are_none) {
+  Mesh sheet = grid_cloth(6, 6, 0.25);
+  for (Vec3d& x : sheet.positions) x = x + Vec3d{10, 10, 10};
+  ProbedBodies probed({still(sheet, {}), still(moved(sheet, {0.1, 0.1, 1e-9}), {})});
+  EXPECT_FALSE(probed.probe.has_intersections());
+  EXPECT_TRUE(probed.probe.intersections().empty());
+  const Positions3 on_it = moved(sheet, {0.1, 0.1, 0}).positions;
+  probed.scene.set_positions(probed.ids[1], on_it);
+  EXPECT_TRUE(probed.probe.has_intersections()) << "of sheets that touch";
 }
 
 /// Nodes of the hierarchy know 16 classes of bodies.

@@ -185,6 +185,39 @@ TEST(ReusedPairs, serve_fewer_bodies_and_kinds) {
   EXPECT_TRUE(edges.statistics().reused_pairs);
 }
 
+TEST(ReusedPairs, are_kept_for_each_of_several_queries_in_turn) {
+  Watched watched(two_cloths());
+  Query& between = watched.query(looking_for(Detection::ccd));
+  Query& within = watched.query(looking_for(Detection::ccd));
+  for (int look = 0; look < 8; ++look) {
+    EXPECT_GT(watched.expect_contacts(between, [](BodyId a, BodyId b) { return a != b; }), 0U);
+    EXPECT_GT(watched.expect_contacts(within, [](BodyId a, BodyId b) { return a == b; }), 0U);
+    if (look <= first_served()) continue;
+    EXPECT_TRUE(between.statistics().reused_pairs) << "look " << look;
+    EXPECT_TRUE(within.statistics().reused_pairs) << "look " << look;
+  }
+}
+
+TEST(ReusedPairs, serve_some_of_many_queries) {
+  Watched watched({cloth(0.0, 1), cloth(0.1, 2), cloth(0.2, 3)});
+  std::vector<Query*> queries;
+  for (int i = 0; i < 6; ++i) queries.push_back(&watched.query(looking_for(Detection::ccd)));
+  for (int look = 0; look < 12; ++look) {
+    int reused = 0;
+    std::size_t place = 0;
+    for (std::size_t i = 0; i < watched.size(); ++i) {
+      for (std::size_t j = i; j < watched.size(); ++j) {
+        Query& query = *queries[place++];
+        watched.expect_contacts(query, [pair = std::pair(watched.id(i), watched.id(j))](BodyId a, BodyId b) {
+          return std::pair(a, b) == pair;
+        });
+        reused += query.statistics().reused_pairs ? 1 : 0;
+      }
+    }
+    EXPECT_GE(reused, look > first_served() ? 3 : 0) << "look " << look;
+  }
+}
+
 TEST(ReusedPairs, do_not_serve_what_a_stray_vertex_leaves_to_its_neighbours) {
   Scene scene = two_cloths();
   for (SceneBody& body : scene) body.settings.features.edge_edge = false;  // half of the triangles own nothing

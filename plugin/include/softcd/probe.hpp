@@ -99,6 +99,10 @@ class SOFTCD_EXPORT Probe {
   /// Finds all intersecting triangles of each pair of bodies. Where a is b, it finds intersections within the body.
   /// If both are BodyId(), it compares all bodies with each other and with themselves.
   ///
+  /// Intersections are exact for the positions as given: surfaces in double that are 1e-9 apart do not intersect. The
+  /// other questions, distances() and intersections_after() included, are about positions rounded to float32, see
+  /// Positions.
+  ///
   /// Each intersection is reported once; where a is b, with the lower triangle first. The order is that of bodies and
   /// indices of the first triangle, then of the second.
   AnswerLists<TriangleIntersection> intersections(Span<const ProbeBodies> pairs);
@@ -111,17 +115,19 @@ class SOFTCD_EXPORT Probe {
   /// way out for their vertices. Also finds surfaces that are inside a closed one without a curve. `pair` is as for
   /// intersections(), and intersections are those of intersections().
   ///
+  /// Curves, regions and ways out are those of the positions as given, float or double.
+  ///
   /// The call costs about as much as intersections() if nothing intersects; a closed body adds a pass over the
   /// vertices. Curves and regions are found on the host; positions in a device's memory are copied there.
   IntersectionRegions intersection_regions(const ProbeBodies& pair = {});
 
-  /// Finds, for each possible change of a mesh, the triangles that its new triangles would intersect, as defined by
-  /// intersections(). New triangles are compared with all remaining triangles of all bodies, and with each other. An
-  /// empty list means that the change adds no intersection. Each change is judged alone, with the scene as it is.
+  /// Finds, for each possible change of a mesh, the triangles that its new triangles would intersect: see
+  /// TriangleIntersection. All positions are rounded to float32, as the scene rounds them (see Positions). New
+  /// triangles are compared with all remaining triangles of all bodies, and with each other. An empty list means that
+  /// the change adds no intersection. Each change is judged alone, with the scene as it is.
   ///
   /// Results are in the order of the added triangles, then of the other triangles' bodies and indices; triangles of the
-  /// same change come last. New vertices are rounded as the scene rounds positions, see Positions. Triangles with a
-  /// vertex of the body that is not finite are left out.
+  /// same change come last. Triangles with a vertex of the body that is not finite are left out.
   ///
   /// Each pair of triangles that a change adds is compared: for thousands of them, use another scene. Throws
   /// InvalidInput, naming the change, when an index is out of range, a coordinate is not finite, or the body has no

@@ -174,14 +174,15 @@ typedef struct softcd_intersection {
   uint32_t triangle_b; /**< index in body_b */
 } softcd_intersection;
 
-/** Finds all intersecting triangles of each of `count` pairs of bodies. The decision is exact for the scene's
- * positions. Where a is b, it finds intersections within the body. Where both are SOFTCD_NO_BODY, it compares all
- * bodies with each other and with themselves. Each intersection is reported once, in the order of bodies and indices of
- * the first triangle, then of the second. The lists are as those of softcd_probe_all_hits(). */
+/** Finds all intersecting triangles of each of `count` pairs of bodies. The decision is exact for the positions as
+ * given, float or double. Where a is b, it finds intersections within the body. Where both are SOFTCD_NO_BODY, it
+ * compares all bodies with each other and with themselves. Each intersection is reported once, in the order of bodies
+ * and indices of the first triangle, then of the second. The lists are as those of softcd_probe_all_hits(). */
 SOFTCD_EXPORT softcd_status softcd_probe_intersections(softcd_probe* probe, const softcd_body_pair* pairs,
                                                        uint64_t count, const uint64_t** begins,
                                                        const softcd_intersection** intersections);
-/** Sets `has_intersections` to 1 where an intersection exists, else to 0. NULL for `pair` is the whole scene. */
+/** Sets `has_intersections` to 1 where softcd_probe_intersections() would find one, else to 0. NULL for `pair` is the
+ * whole scene. */
 SOFTCD_EXPORT softcd_status softcd_probe_has_intersections(softcd_probe* probe, const softcd_body_pair* pair,
                                                            uint32_t* has_intersections);
 
@@ -261,7 +262,8 @@ typedef struct softcd_intersection_regions {
 } softcd_intersection_regions;
 
 /** Finds the curves along which surfaces intersect, the regions of each surface that are on the wrong side, and the way
- *  out for their vertices. `pair` is as for softcd_probe_intersections(); NULL is the whole scene. */
+ *  out for their vertices, for the positions as given. `pair` is as for softcd_probe_intersections(); NULL is the
+ *  whole scene. */
 SOFTCD_EXPORT softcd_status softcd_probe_intersection_regions(softcd_probe* probe, const softcd_body_pair* pair,
                                                               softcd_intersection_regions* regions);
 
@@ -286,8 +288,8 @@ typedef struct softcd_change_intersection {
   uint32_t triangle; /**< index in that body as it is, or a higher index in softcd_change::added */
 } softcd_change_intersection;
 
-/** Finds, for each of `count` possible changes, the triangles that its new triangles would intersect, as defined by
- *  softcd_probe_intersections(). New triangles are compared with all remaining triangles of all bodies, and with each
+/** Finds, for each of `count` possible changes, the triangles that its new triangles would intersect, for positions
+ *  rounded to float32. New triangles are compared with all remaining triangles of all bodies, and with each
  *  other. Each change is judged alone, with the scene as it is. Results are in the order of the added triangles, then
  *  of the other triangles' bodies and indices; triangles of the same change come last. The lists are as those of
  *  softcd_probe_all_hits(). Returns SOFTCD_INVALID_INPUT, with a text that names the change, where an index is out of

@@ -54,8 +54,9 @@ class SOFTCD_EXPORT WorldProbe {
   WorldProbe& operator=(WorldProbe&&) noexcept;
 
   /// Reads all soft bodies of the world and returns a Probe of them. Vertices are nodes and triangles are faces, as in
-  /// m_nodes and m_faces. Further triangles stand for nodes without a face, and then for links of ropes. Valid until
-  /// the world's bodies or their topologies change.
+  /// m_nodes and m_faces. Further triangles stand for nodes without a face, and then for links of ropes. Intersections
+  /// are exact for the nodes' positions, in a Bullet with doubles, too. Valid until the world's bodies or their
+  /// topologies change.
   Probe& soft_bodies();
   /// Returns the body's id in that Probe. Throws InvalidInput if it was not in the world at the last soft_bodies().
   BodyId body_id(const btSoftBody& body) const;

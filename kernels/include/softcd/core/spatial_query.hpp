@@ -135,7 +135,7 @@ struct ProbeBodies {
 /// - In one body, a side of one triangle meets the other triangle, and that side has no vertex of the other triangle.
 ///
 /// So triangles that share an edge never intersect. Triangles that share a vertex intersect only if they also meet
-/// elsewhere. The decision is exact for the scene's positions (see Positions), also for coplanar, touching and
+/// elsewhere. The decision is exact for the given positions, float or double, also for coplanar, touching and
 /// degenerate triangles.
 struct TriangleIntersection {
   BodyId body_a;             ///< the first triangle's body

@@ -17,7 +17,7 @@ namespace softcd {
 
 /// A vertex for perturbed_side(). No two vertices of a scene have the same body and index.
 struct PerturbedPoint {
-  Vec3f x;
+  Vec3d x;
   std::uint32_t body;
   std::uint32_t vertex;
 };
@@ -75,7 +75,7 @@ inline int side_by_perturbation(const std::array<PerturbedPoint, 4>& points) {
     }
   }
   for (const PerturbedAxes& axes : kPerturbedProductsBySize) {
-    std::array<Vec3f, 4> x{};
+    std::array<Vec3d, 4> x{};
     for (std::size_t i = 0; i < 4; ++i) {
       x[i] = points[i].x;
       for (int axis = 0; axis < 3; ++axis) {
@@ -83,7 +83,7 @@ inline int side_by_perturbation(const std::array<PerturbedPoint, 4>& points) {
         if (infinitesimal == 0) continue;
         const bool is_moved =
             infinitesimal < 3 ? is_of_second[i] == (infinitesimal == 2) : rank[i] == infinitesimal - 3;
-        x[i] = with_coordinate(x[i], axis, is_moved ? 1.0F : 0.0F);
+        x[i] = with_coordinate(x[i], axis, is_moved ? 1.0 : 0.0);
       }
     }
     if (const int side = orientation(x[0], x[1], x[2], x[3]); side != 0) return side;

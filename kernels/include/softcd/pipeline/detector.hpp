@@ -39,7 +39,7 @@ struct FilterArrays {
 /// SceneView for the fields. Between bodies there may be triangles that are kLeftOut, and unused vertices and edges.
 struct SceneArrays {
   Span<const Vec3f> x_t0, x_t1;
-  Span<const Vec3d> full_t0, full_t1;  ///< filled as far as the next detection covers_rounding, and may be empty else
+  Span<const Vec3d> full_t0, full_t1;  ///< filled as far as the next work covers_rounding, and may be empty else
   Span<const Triangle> triangles;
   Span<const TriangleEdges> triangle_edges;
   Span<const Edge> edges;

@@ -50,6 +50,7 @@ class SceneOn {
   /// is up to date.
   ProbedSceneView probed(Backend& backend, const ProbedScene& scene, const ProbeOn<Backend>& probe) {
     const Vec3f* const x = scene.at_t0 ? mirror_.x_t0.data() : mirror_.x_t1.data();
+    const Vec3d* const full = scene.at_t0 ? mirror_.full_t0.data() : mirror_.full_t1.data();
     Bvh<Backend>& bvh = bvhs_[scene.at_t0 ? 0 : 1];
     bvh.build(backend,
               {x, mirror_.triangles.data(), mirror_.ownership.data(), mirror_.triangle_body.data(),
@@ -62,6 +63,7 @@ class SceneOn {
             mirror_.triangles.data(),
             mirror_.ownership.data(),
             x,
+            scene.covers_rounding ? full : nullptr,
             mirror_.triangle_body.data(),
             scene.origin,
             0.5 * (lo + hi),

@@ -18,6 +18,7 @@ struct ProbedScene {
   Vec3d origin;                   ///< the scene's positions are relative to it
   Box bounds;                     ///< of all positions that are finite, at that end
   bool at_t0;                     ///< else at t1
+  bool covers_rounding;           ///< some positions are no floats, and count as they were given
   std::uint64_t revision;         ///< changes with anything of the scene
 };
 

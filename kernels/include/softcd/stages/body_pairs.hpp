@@ -47,8 +47,21 @@ SOFTCD_HD inline bool are_asked_together(const BodiesQuestion& question, const B
   return own.body != other.body;
 }
 
+/// Returns whether two triangles intersect, by their given positions.
+SOFTCD_HD_LONG inline bool do_intersect_as_given(const ProbedSceneView& scene, const BvhLeaf& a, const BvhLeaf& b,
+                                                 const SharedCorners& shared) {
+  Vec3d x_a[3];
+  Vec3d x_b[3];
+  for (int corner = 0; corner < 3; ++corner) {
+    x_a[corner] = scene.full[scene.triangles[a.triangle].v[corner]];
+    x_b[corner] = scene.full[scene.triangles[b.triangle].v[corner]];
+  }
+  return do_intersect(x_a, x_b, shared);
+}
+
 /// Finds triangles that one intersects, as far as the question is about them. Calls found(own, other) until it returns
-/// false.
+/// false. Boxes of floats suffice to reject triangles, even if given positions decide: the rounding of a coordinate
+/// is monotonic (see placed), so boxes that overlap still overlap or touch when their coordinates are rounded.
 template <class Found>
 class IntersectionVisitor {
  public:
@@ -70,7 +83,9 @@ class IntersectionVisitor {
     if (own_.body == other.body) {
       shared = shared_corners(scene_.triangles[own_.triangle], scene_.triangles[other.triangle]);
     }
-    if (do_intersect(own_.x, other.x, shared)) goes_on_ = found_(own_, other);
+    const bool are_found = scene_.full != nullptr ? do_intersect_as_given(scene_, own_, other, shared)
+                                                  : do_intersect(own_.x, other.x, shared);
+    if (are_found) goes_on_ = found_(own_, other);
   }
 
  private:

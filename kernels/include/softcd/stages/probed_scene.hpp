@@ -30,6 +30,8 @@ struct ProbedSceneView {
   const Triangle* triangles;
   const Ownership* ownership;
   const Vec3f* x;
+  /// The given positions, in world coordinates. Null where the question is about the floats, or the floats are exact.
+  const Vec3d* full;
   const std::uint32_t* triangle_body;
   Vec3d origin;   ///< positions are relative to it
   Vec3d centre;   ///< of all positions, relative to the origin
