@@ -355,7 +355,7 @@ bool Untangling::search(Span<const Candidate> candidates, std::vector<Pair>& kno
 void Untangling::find_ways(Pair pair, std::vector<Pair>& known) {
   const IntersectionRegions found = probe().intersection_regions(pair.bodies);
   if (found.curves.empty()) {
-    if (++pair.clean_steps < kStepsBetweenSearches) {
+    if (++pair.clean_steps < kStepsOfAttempt) {
       known.push_back(pair);
     } else {
       note_end(pair);

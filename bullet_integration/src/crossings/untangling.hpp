@@ -18,16 +18,17 @@ namespace softcd::bullet {
 /// Probe::intersection_regions(). Contacts and prevention of crossings then release the nodes at them, because these
 /// would keep the nodes where they are. At the end, move() moves the nodes. All pairs of bodies are searched when a
 /// body is new or has other faces, and in one step of kStepsBetweenSearches. In between only pairs are searched that
-/// intersect, or did so within this number of steps. A pair whose way out becomes no shorter is left alone for a
-/// while, which doubles each time. So what cannot come apart, such as a crumpled heap, takes little time and may fall
-/// asleep. Owned by WorldQueries.
+/// intersect, or did so within kStepsOfAttempt: what comes apart at a blow may at once meet again. A pair whose way
+/// out becomes no shorter is left alone for a while, which doubles each time. So what cannot come apart, such as a
+/// crumpled heap, takes little time and may fall asleep. Owned by WorldQueries.
 class Untangling {
  public:
   using Kind = CrossingsOfKind;
 
   /// A search costs about as much as a detection of contacts, which is little if it runs in one step of so many.
   static constexpr std::uint64_t kStepsBetweenSearches = 32;
-  /// A pair is given up for a while if so many steps have not brought it nearer to its way out.
+  /// A pair is given up for a while if so many steps have not brought it nearer to its way out. A pair that has not
+  /// intersected in so many steps is forgotten.
   static constexpr std::uint64_t kStepsOfAttempt = 8;
 
   /// `kind`, `mirror` and `settings` must outlive it.
@@ -48,7 +49,7 @@ class Untangling {
   bool search_in_meshes(Span<const NearRigidPart> near_parts);
   /// Finds the regions of these pairs. Their meshes are read wholly, because only a whole mesh can be closed.
   void find_in_meshes(Span<const NearRigidPart> near_parts);
-  /// Returns whether the pair intersects, or did so within kStepsBetweenSearches.
+  /// Returns whether the pair intersects, or did so within kStepsOfAttempt.
   bool knows(const btSoftBody& soft, BodyId part) const;
   /// Forgets the regions and the pairs.
   void clear();

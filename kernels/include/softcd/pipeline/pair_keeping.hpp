@@ -170,7 +170,11 @@ class PairKeeping {
       best = i;
       best_rank = rank();
     });
-    best ? void(w_.kept_number = *best) : choose_replaced();
+    if (best) {
+      w_.kept_number = *best;
+    } else {
+      choose_replaced();
+    }
   }
 
   /// Chooses the kept results that this detection may replace: the query's own, or unused ones if there are any.
@@ -187,7 +191,10 @@ class PairKeeping {
   template <class F>
   void for_each_kept(const F& f) {
     const std::uint32_t before = w_.kept_number;
-    for (std::uint32_t i = 0; i < kMostKept; ++i) f(w_.kept_number = i);
+    for (std::uint32_t i = 0; i < kMostKept; ++i) {
+      w_.kept_number = i;
+      f(i);
+    }
     w_.kept_number = before;
   }
 
