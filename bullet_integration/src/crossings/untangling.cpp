@@ -502,7 +502,7 @@ void Untangling::note_end(const Pair& pair) const {
 void Untangling::move(const btCollisionObjectArray& objects, btScalar time_step) {
   if (pairs_.empty()) return;
   BT_PROFILE("softcd untangling");
-  NodesOnWaysOut nodes(kind_, mirror_, objects);
+  NodesOnWaysOut nodes(kind_, mirror_, objects, settings_.read_out == ReadOut::impulses);
   nodes.move(ways_, time_step);
   impulses_ = nodes.impulses();
   for (const std::vector<Pair>* known : {&known_, &known_in_meshes_}) {
