@@ -196,8 +196,9 @@ std::size_t throw_at_sheets(World world, const MaybeSettings& settings, btScalar
   return intersections;
 }
 
-// Bullet repeats its response while nodes would pass through faces, and softcd does, too.
-TEST(DeformableWorld, sheets_thrown_at_each_other_pass_no_further_than_with_bullet) {
+// Bullet repeats its response up to five times while nodes would pass through faces, and softcd does, too. If it
+// repeated it once, the sum would be a tenth of Bullet's.
+TEST(DeformableWorld, sheets_thrown_at_each_other_hardly_pass) {
   constexpr btScalar kSpeed = 20;
   const std::size_t bullets = throw_at_sheets(World::deformable, std::nullopt, kSpeed);
   for (const World world : {World::deformable, World::attached_deformable}) {
@@ -205,7 +206,7 @@ TEST(DeformableWorld, sheets_thrown_at_each_other_pass_no_further_than_with_bull
       bullet::Settings settings = test_settings();
       settings.read_out = read_out;
       const std::size_t ours = throw_at_sheets(world, settings, kSpeed);
-      EXPECT_LE(ours, bullets) << name_of(world);
+      EXPECT_LE(20 * ours, bullets) << name_of(world);
       std::cout << "thrown sheets, Bullet and softcd: " << bullets << ", " << ours << "\n";
     }
   }

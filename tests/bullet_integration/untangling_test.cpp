@@ -329,6 +329,32 @@ TEST_P(UntanglingLater, parts_bodies_that_meet_again) {
   EXPECT_LT(steps, kMostSteps);
 }
 
+TEST_P(UntanglingLater, leaves_a_body_that_is_added_into_another_one) {
+  Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
+  std::unique_ptr<btSoftBody> ball = tangle.simulation().remove(*tangle.simulation().bodies()[1]);
+  for (int i = 0; i < 5; ++i) tangle.step();
+  tangle.simulation().add(std::move(ball));
+  for (int i = 0; i < 40; ++i) {
+    tangle.step();
+    EXPECT_TRUE(tangle.pairs().empty()) << "step " << i;
+  }
+  EXPECT_GT(tangle.edges(), 0U);
+}
+
+TEST_P(UntanglingLater, leaves_bodies_that_have_slept) {
+  Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
+  const btAlignedObjectArray<btSoftBody*>& balls = tangle.simulation().bodies();
+  for (int i = 0; i < 5; ++i) tangle.step();
+  for (int b = 0; b < 2; ++b) balls[b]->forceActivationState(ISLAND_SLEEPING);
+  for (int i = 0; i < 5; ++i) tangle.step();
+  for (int b = 0; b < 2; ++b) balls[b]->forceActivationState(ACTIVE_TAG);
+  for (int i = 0; i < 40; ++i) {
+    tangle.step();
+    EXPECT_TRUE(tangle.pairs().empty()) << "step " << i;
+  }
+  EXPECT_GT(tangle.edges(), 0U);
+}
+
 TEST_P(UntanglingLater, leaves_bodies_with_filters_to_the_app) {
   Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
   btSoftBody& ball = *tangle.simulation().bodies()[1];
@@ -387,21 +413,44 @@ TEST(UntanglingAttempts, become_rare_where_nothing_gives_way) {
 }
 
 TEST(UntanglingAttempts, wake_no_body) {
-  Tangle tangle("crossed-cloths", World::one_line, untangling(Detection::dcd));
-  tangle.step();
-  ASSERT_EQ(tangle.pairs().size(), 1U);
-  btSoftBody* const cloths[] = {tangle.simulation().bodies()[0], tangle.simulation().bodies()[1]};
-  for (btSoftBody* cloth : cloths) {
-    for (int n = 1; n < cloth->m_nodes.size(); ++n) cloth->setMass(n, 0);
-  }
-  for (int i = 0; i < 20; ++i) tangle.step();
-  ASSERT_TRUE(tangle.pairs().empty());
-  for (btSoftBody* cloth : cloths) cloth->forceActivationState(ISLAND_SLEEPING);
-  for (int i = 0; i < 100; ++i) {
+  for (const char* name : {"crossed-cloths", "loop"}) {
+    SCOPED_TRACE(name);
+    Tangle tangle(name, World::one_line, untangling(Detection::dcd));
     tangle.step();
-    EXPECT_TRUE(tangle.pairs().empty()) << "step " << i;
+    ASSERT_EQ(tangle.pairs().size(), 1U);
+    const btAlignedObjectArray<btSoftBody*>& all = tangle.simulation().bodies();
+    const std::vector<btSoftBody*> bodies(&all[0], &all[0] + all.size());
+    for (btSoftBody* body : bodies) {
+      for (int n = 1; n < body->m_nodes.size(); ++n) body->setMass(n, 0);
+    }
+    for (int i = 0; i < 20; ++i) tangle.step();
+    ASSERT_TRUE(tangle.pairs().empty());
+    for (btSoftBody* body : bodies) body->forceActivationState(ISLAND_SLEEPING);
+    SheetOptions far_away;
+    far_away.height = 50;
+    tangle.simulation().add(make_sheet(tangle.simulation().world_info(), far_away));
+    for (int i = 0; i < 100; ++i) {
+      tangle.step();
+      EXPECT_TRUE(tangle.pairs().empty()) << "step " << i;
+    }
+    for (const btSoftBody* body : bodies) EXPECT_FALSE(body->isActive());
   }
-  for (const btSoftBody* cloth : cloths) EXPECT_FALSE(cloth->isActive());
+}
+
+TEST(UntanglingLimits, anchored_nodes_stay) {
+  Tangle tangle("two-balls", World::one_line, untangling(Detection::dcd));
+  btSoftBody& ball = *tangle.simulation().bodies()[0];
+  int inside = 0;
+  for (int n = 0; n < ball.m_nodes.size(); ++n) {
+    if (ball.m_nodes[n].m_x.x() > ball.m_nodes[inside].m_x.x()) inside = n;
+  }
+  const btVector3 place = ball.m_nodes[inside].m_x;
+  const btVector3 post_place(0, 3, 0);
+  btRigidBody& post = tangle.simulation().add_rigid(std::make_unique<btSphereShape>(btScalar(0.01)), post_place);
+  ball.appendAnchor(inside, &post);
+  tangle.simulation().step_once();
+  ASSERT_EQ(tangle.pairs().size(), 1U);
+  EXPECT_LT(ball.m_nodes[inside].m_x.distance(place), 1e-4);
 }
 
 class UntanglingImpulses : public testing::TestWithParam<World> {};

@@ -175,6 +175,10 @@ void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule) {
     const Member* const a = mirror_.find(pair.bodies.a);
     const Member* const b = mirror_.find(pair.bodies.b);
     if (a == nullptr || b == nullptr || !mirror_.has(*a->body) || !mirror_.has(*b->body)) continue;
+    if (!is_awake(pair)) {  // the rule admits no such pair
+      known_.push_back(pair);
+      continue;
+    }
     if (a == b ? !a->settings.self_collision : !rule(*a->body, *b->body)) continue;
     is_moved(pair) ? find_ways(pair, known_) : known_.push_back(pair);
   }
@@ -320,9 +324,9 @@ void Untangling::search(Span<btSoftBody* const> bodies, const PairRule& rule) {
     }
   }
   std::erase_if(known_, [&](const Pair& pair) {
-    return !is_moved(pair) && std::none_of(candidates.begin(), candidates.end(), [&pair](const Candidate& candidate) {
-      return are_same(candidate.bodies, pair.bodies);
-    });
+    return is_awake(pair) && !is_moved(pair) &&
+           std::none_of(candidates.begin(), candidates.end(),
+                        [&pair](const Candidate& candidate) { return are_same(candidate.bodies, pair.bodies); });
   });
   search({candidates.data(), candidates.size()}, known_);
 }
@@ -498,7 +502,7 @@ void Untangling::note_end(const Pair& pair) const {
 void Untangling::move(const btCollisionObjectArray& objects, btScalar time_step) {
   if (pairs_.empty()) return;
   BT_PROFILE("softcd untangling");
-  NodesOnWaysOut nodes(kind_, mirror_, objects);
+  NodesOnWaysOut nodes(kind_, mirror_, objects, settings_.read_out == ReadOut::impulses);
   nodes.move(ways_, time_step);
   impulses_ = nodes.impulses();
   for (const std::vector<Pair>* known : {&known_, &known_in_meshes_}) {

@@ -60,7 +60,7 @@ class Untangling {
   bool moves(const btSoftBody& body) const;
   /// Returns the nodes that get no contacts with the bodies that they intersect.
   const TangledNodes& nodes() const { return nodes_; }
-  /// Returns the impulses of move().
+  /// Returns the impulses of move(), with ReadOut::impulses.
   const std::vector<CrossingImpulse>& impulses() const { return impulses_; }
   /// Returns the intersecting pairs of bodies, in the order of their ids.
   const std::vector<IntersectingBodies>& pairs() const { return pairs_; }

@@ -100,7 +100,7 @@ void NodesOnWaysOut::move_along(const WayOut& way, btScalar time_step) {
   for (const Moved& moved : moved_) {
     const btVector3 share = moved.direction * moved.inverse_mass;
     const btVector3 change = kind_.push(*moved.node, impulse * share, shift * share, time_step);
-    note_impulse(way, moved, change);
+    if (notes_impulses_) note_impulse(way, moved, change);
   }
   if (Rigid* const rigid = response_.rigid) {
     rigid->body->setLinearVelocity(rigid->body->getLinearVelocity() + impulse * response_.linear);

@@ -43,9 +43,10 @@ struct WayOut {
 /// and kinematic objects. Untangling makes one for each step.
 class NodesOnWaysOut {
  public:
-  /// `objects` are the world's.
-  NodesOnWaysOut(const CrossingsOfKind& kind, const WorldMirror& mirror, const btCollisionObjectArray& objects)
-      : kind_(kind), mirror_(mirror), objects_(objects) {}
+  /// `objects` are the world's. impulses() is empty unless `notes_impulses`.
+  NodesOnWaysOut(const CrossingsOfKind& kind, const WorldMirror& mirror, const btCollisionObjectArray& objects,
+                 bool notes_impulses)
+      : kind_(kind), mirror_(mirror), objects_(objects), notes_impulses_(notes_impulses) {}
 
   void move(const std::vector<WayOut>& ways, btScalar time_step);
   /// Returns what move() has given to nodes.
@@ -80,6 +81,7 @@ class NodesOnWaysOut {
   const CrossingsOfKind& kind_;
   const WorldMirror& mirror_;
   const btCollisionObjectArray& objects_;
+  bool notes_impulses_;
   std::unordered_map<const btCollisionObject*, Rigid> rigid_;
   std::unordered_set<const btSoftBody*> seen_;
   std::unordered_set<const btSoftBody::Node*> anchored_;

@@ -336,14 +336,13 @@ void refit_face_trees(Span<btSoftBody* const> bodies) {
   }
 }
 
-void replace_face_tree(btSoftBody& body, bool topology_changed, bool& is_in_parts) {
-  if (topology_changed) {
-    remove_face_tree(body);
-    is_in_parts = !face_tree_ends(body);
-  }
-  if (!is_in_parts || (body.m_cfg.collisions & kClassicTreeFlag.flag) == 0) return;
+bool replace_face_tree(btSoftBody& body, bool topology_changed, bool was_in_parts) {
+  if (topology_changed) remove_face_tree(body);
+  const bool is_in_parts = topology_changed ? !face_tree_ends(body) : was_in_parts;
+  if (!is_in_parts || (body.m_cfg.collisions & kClassicTreeFlag.flag) == 0) return is_in_parts;
   if (body.m_fdbvt.empty()) add_face_tree(body);
   if ((body.m_cfg.collisions & Flags::SVSmask) == kClassicTreeFlag.flag) hide_flag(body, kClassicTreeFlag);
+  return is_in_parts;
 }
 
 }  // namespace softcd::bullet

@@ -132,8 +132,8 @@ void refit_face_trees(Span<btSoftBody* const> bodies);
 /// next prediction. The flag stays if the body has other flags of soft-soft contacts, too: without it Bullet would
 /// handle the body by these.
 ///
-/// Call it once a step, after the step's last use of the flag by softcd. A call with `topology_changed` writes
-/// `is_in_parts`; others read it.
-void replace_face_tree(btSoftBody& body, bool topology_changed, bool& is_in_parts);
+/// Call it once a step, after the step's last use of the flag by softcd. Returns whether the body is in several parts:
+/// computes it with `topology_changed`, otherwise returns `was_in_parts`, the last call's result.
+bool replace_face_tree(btSoftBody& body, bool topology_changed, bool was_in_parts);
 
 }  // namespace softcd::bullet

@@ -56,7 +56,7 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pair_cache, c
   for (btSoftBody* body : broadphase_.soft_bodies()) {
     if (!queries.mirror.has(*body)) continue;
     WorldMirror::Member& member = queries.mirror.member(*body);
-    replace_face_tree(*body, member.topology_changed, member.is_in_parts);
+    member.is_in_parts = replace_face_tree(*body, member.topology_changed, member.is_in_parts);
   }
   if (!std::exchange(queries.prevents_crossings_later, false)) warn_of_missing_end();
 }
