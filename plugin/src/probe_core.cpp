@@ -84,16 +84,12 @@ bool ProbeCore::has_intersections(const ProbeBodies& pair) {
 }
 
 IntersectionRegions ProbeCore::intersection_regions(const ProbeBodies& pair) {
-  const auto has_some = [](SpatialQueries& queries, const auto&... of_pairs) {
-    return queries.has_intersections(of_pairs...);
-  };
+  const auto list = [](SpatialQueries& queries, const auto&... of_pairs) { return queries.intersections(of_pairs...); };
   regions_.clear();
-  // A clean scene needs half of the work that a list takes, even if that is empty.
-  const bool has_pairs = answers_about({&pair, 1}, {.sides = true, .given_positions = true}, has_some);
-  const RegionQuestion question = region_question(pair);
-  if (!has_pairs && !question.may_be_inside()) return regions_.view();
   const Span<const TriangleIntersection> pairs =
-      has_pairs ? intersections({&pair, 1}).all() : Span<const TriangleIntersection>();
+      answers_about({&pair, 1}, {.sides = true, .given_positions = true}, list).all();
+  const RegionQuestion question = region_question(pair);
+  if (pairs.empty() && !question.may_be_inside()) return regions_.view();
   const auto find = [&](const SceneStore& scene) { regions_.find(scene, question, pairs); };
   scene_->answer_on_host(std::cref(find));  // A copy would allocate memory.
   lead_out(pair);

@@ -109,6 +109,23 @@ class AnySimulation {
   std::optional<bullet::Attachment> attachment_;  ///< to either
 };
 
+/// Returns the sum of mass times that vector of each node.
+inline btVector3 momentum(const btSoftBody& body, btVector3 btSoftBody::Node::*velocity) {
+  btVector3 sum(0, 0, 0);
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    if (body.m_nodes[i].m_im > 0) sum += body.m_nodes[i].*velocity / body.m_nodes[i].m_im;
+  }
+  return sum;
+}
+
+/// Returns the momentum at the end of a step of `time`; `start` is the body's sum of mass times position before it. In
+/// classic worlds the solver moves nodes. Bullet computes a body's velocities after solving it, but the contacts of
+/// later bodies may still move its nodes.
+inline btVector3 momentum_at_end(World world, const btSoftBody& body, const btVector3& start, btScalar time) {
+  if (is_deformable(world)) return momentum(body, &btSoftBody::Node::m_v);
+  return (momentum(body, &btSoftBody::Node::m_x) - start) / time;
+}
+
 inline std::string name_of(World world) {
   constexpr std::array kNames = {"one_line",   "multi_body", "dispatcher",
                                  "deformable", "attached",   "attached_deformable"};

@@ -41,23 +41,6 @@ class ClassicContactImpulses : public testing::TestWithParam<World> {};
 INSTANTIATE_TEST_SUITE_P(Worlds, ClassicContactImpulses, testing::Values(World::one_line, World::multi_body),
                          world_name);
 
-/// Returns the sum of mass times that vector of each node.
-btVector3 momentum(const btSoftBody& body, btVector3 btSoftBody::Node::*velocity) {
-  btVector3 sum(0, 0, 0);
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    if (body.m_nodes[i].m_im > 0) sum += body.m_nodes[i].*velocity / body.m_nodes[i].m_im;
-  }
-  return sum;
-}
-
-/// Returns the momentum at the end of a step of `time`; `start` is the body's sum of mass times position before it. In
-/// classic worlds the solver moves nodes. Bullet computes a body's velocities after solving it, but the contacts of
-/// later bodies may still move its nodes.
-btVector3 momentum_at_end(World world, const btSoftBody& body, const btVector3& start, btScalar time) {
-  if (is_deformable(world)) return momentum(body, &btSoftBody::Node::m_v);
-  return (momentum(body, &btSoftBody::Node::m_x) - start) / time;
-}
-
 /// With `has_crossings` the last pass of the step may have given a pair more than its contacts did.
 btVector3 given_to(const btCollisionObject& body, const Pairs& pairs, bool has_crossings = false) {
   btVector3 sum(0, 0, 0);

@@ -31,12 +31,18 @@ class Tangle {
  public:
   Tangle(const char* name, World world, const bullet::Settings& settings, bool has_meshes = true)
       : Tangle(demo::find_intersecting_bodies(name), world, settings, has_meshes) {}
-  Tangle(const demo::IntersectingBodies& bodies, World world, const bullet::Settings& settings, bool has_meshes = true)
+  /// `unit` is a metre in the units of length of the soft bodies.
+  Tangle(const demo::IntersectingBodies& bodies, World world, const bullet::Settings& settings, bool has_meshes = true,
+         btScalar unit = 1)
       : simulation_(world, settings) {
     simulation_.set_gravity(btVector3(0, 0, 0));
     simulation_.world().setGravity(btVector3(0, 0, 0));
     const demo::World kind = is_deformable(world) ? demo::World::deformable : demo::World::classic;
     for (auto& body : bodies.make(simulation_.world_info(), kind, 12)) {
+      if (unit != 1) {
+        body->scale(btVector3(unit, unit, unit));
+        body->getCollisionShape()->setMargin(unit * body->getCollisionShape()->getMargin());
+      }
       bodies_.push_back(&simulation_.add(std::move(body)));
     }
     meshes_.emplace(
@@ -257,6 +263,29 @@ TEST(UntanglingLimits, a_slower_speed_takes_longer) {
   EXPECT_LT(slow.fastest(), fast.fastest());
 }
 
+class UntanglingSpeed : public testing::TestWithParam<World> {};
+
+/// The default speed follows the lengths of edges. Bullet's poses of balls in classic worlds depend on the units, and
+/// crossed cloths take another time in each run of a deformable world.
+TEST_P(UntanglingSpeed, by_default_takes_as_many_steps_in_any_units) {
+  bullet::Settings settings = untangling(Detection::dcd);
+  settings.untangle_speed = 0;
+  const auto steps_in_units = [&, world = GetParam()](btScalar unit) {
+    const char* const name = is_deformable(world) ? "two-balls" : "interlocked-cloths";
+    Tangle tangle(demo::find_intersecting_bodies(name), world, settings, /*has_meshes=*/false, unit);
+    const btVector3 gravity(0, -10 * unit, 0);
+    tangle.simulation().set_gravity(gravity);
+    tangle.simulation().world().setGravity(gravity);
+    return tangle.steps_until_clean();
+  };
+  const int in_metres = steps_in_units(1);
+  EXPECT_LT(in_metres, kMostSteps / 2);
+  EXPECT_NEAR(steps_in_units(btScalar(0.01)), in_metres, 3);
+  EXPECT_NEAR(steps_in_units(1000), in_metres, 3);
+}
+
+INSTANTIATE_TEST_SUITE_P(InBothKinds, UntanglingSpeed, testing::Values(World::one_line, World::deformable), world_name);
+
 TEST(UntanglingLimits, a_speed_out_of_range_is_refused) {
   bullet::Settings settings = untangling(Detection::dcd);
   settings.untangle_speed = -1;
@@ -380,6 +409,36 @@ TEST(UntanglingAttempts, wake_no_body) {
   }
   for (const btSoftBody* cloth : cloths) EXPECT_FALSE(cloth->isActive());
 }
+
+class UntanglingImpulses : public testing::TestWithParam<World> {};
+
+/// Nothing else acts on the balls.
+TEST_P(UntanglingImpulses, are_read_out_as_what_changes_the_momentum) {
+  bullet::Settings settings = untangling(Detection::dcd);
+  settings.read_out = bullet::ReadOut::impulses;
+  Tangle tangle("two-balls", GetParam(), settings);
+  const btScalar time = tangle.simulation().step_length();
+  const btSoftBody& ball = *tangle.simulation().bodies()[0];
+  btScalar greatest = 0;
+  for (int step = 0; step < 8; ++step) {
+    const btVector3 before = momentum(ball, &btSoftBody::Node::m_v);
+    const btVector3 start = momentum(ball, &btSoftBody::Node::m_x);
+    tangle.simulation().step(time);
+    btVector3 given(0, 0, 0);
+    for (const bullet::BodyPairContacts& pair : tangle.simulation().detection().body_contacts()) {
+      ASSERT_EQ(pair.a, &ball);
+      EXPECT_TRUE(pair.has_impulses);
+      given += pair.impulse_a;
+    }
+    const btVector3 gained = momentum_at_end(GetParam(), ball, start, time) - before;
+    EXPECT_NEAR(given.distance(gained), 0, 1e-4) << "kg m/s, of a ball of half a kilogram, in step " << step;
+    greatest = btMax(greatest, given.length());
+  }
+  EXPECT_GT(greatest, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(InBothKinds, UntanglingImpulses, testing::Values(World::one_line, World::deformable),
+                         world_name);
 
 class UntanglingConvex : public testing::TestWithParam<World> {};
 

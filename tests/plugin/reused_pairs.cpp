@@ -185,6 +185,39 @@ TEST(ReusedPairs, serve_fewer_bodies_and_kinds) {
   EXPECT_TRUE(edges.statistics().reused_pairs);
 }
 
+TEST(ReusedPairs, are_kept_for_each_of_several_queries_in_turn) {
+  Watched watched(two_cloths());
+  Query& between = watched.query(looking_for(Detection::ccd));
+  Query& within = watched.query(looking_for(Detection::ccd));
+  for (int look = 0; look < 8; ++look) {
+    EXPECT_GT(watched.expect_contacts(between, [](BodyId a, BodyId b) { return a != b; }), 0U);
+    EXPECT_GT(watched.expect_contacts(within, [](BodyId a, BodyId b) { return a == b; }), 0U);
+    if (look <= first_served()) continue;
+    EXPECT_TRUE(between.statistics().reused_pairs) << "look " << look;
+    EXPECT_TRUE(within.statistics().reused_pairs) << "look " << look;
+  }
+}
+
+TEST(ReusedPairs, serve_some_of_many_queries) {
+  Watched watched({cloth(0.0, 1), cloth(0.1, 2), cloth(0.2, 3)});
+  std::vector<Query*> queries;
+  for (int i = 0; i < 6; ++i) queries.push_back(&watched.query(looking_for(Detection::ccd)));
+  for (int look = 0; look < 12; ++look) {
+    int reused = 0;
+    std::size_t place = 0;
+    for (std::size_t i = 0; i < watched.size(); ++i) {
+      for (std::size_t j = i; j < watched.size(); ++j) {
+        Query& query = *queries[place++];
+        watched.expect_contacts(query, [pair = std::pair(watched.id(i), watched.id(j))](BodyId a, BodyId b) {
+          return std::pair(a, b) == pair;
+        });
+        reused += query.statistics().reused_pairs ? 1 : 0;
+      }
+    }
+    EXPECT_GE(reused, look > first_served() ? 3 : 0) << "look " << look;
+  }
+}
+
 TEST(ReusedPairs, do_not_serve_what_a_stray_vertex_leaves_to_its_neighbours) {
   Scene scene = two_cloths();
   for (SceneBody& body : scene) body.settings.features.edge_edge = false;  // half of the triangles own nothing
@@ -263,6 +296,47 @@ TEST(ReusedPairs, are_as_many_as_a_search_without_them_finds) {
       keeping += query.statistics().tests > alone.statistics().tests ? 1 : 0;
     }
     EXPECT_GT(keeping, backend_under_test() == Backend::cpu ? 2 : 0);
+  }
+}
+
+/// Bodies creep, each alone, until their pairs serve. Then they may touch each other, so that the pairs do not serve,
+/// jump, and have a triangle so large that it is split. So the detection that would keep pairs anew cannot.
+TEST(ReusedPairs, are_searched_anew_when_triangles_begin_to_be_split) {
+  Scene cloths;
+  for (const std::uint64_t seed : {1U, 2U}) {
+    Mesh mesh = crumpled_cloth(50, 50, 0.2, 0.15, seed);
+    mesh.positions = translated(mesh.positions, {0.0, 0.0, 0.1 * static_cast<double>(seed)});
+    snap_to_grid(mesh.positions, 17);
+    cloths.push_back(still(mesh, everything(0.02F)));
+  }
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    Watched watched(cloths);
+    Query& query = watched.query(looking_for(detection));
+    const PairFilter alone = [](BodyId a, BodyId b) { return a == b; };
+    std::uint64_t step = 0;
+    for (int jump = 0; jump < 6; ++jump) {
+      const std::uint64_t last = step + 10;
+      do {
+        creep(watched, step, 0.002);
+        watched.expect_contacts(query, alone);
+      } while (!query.statistics().reused_pairs && ++step < last);
+      EXPECT_TRUE(query.statistics().reused_pairs);
+      const double aside = jump % 2 == 0 ? 1.5 : -1.5;
+      for (std::size_t i = 0; i < watched.size(); ++i) {
+        SceneBody& body = watched.body(i);
+        body.x_t0 = translated(body.x_t1, {aside, aside, 0.0});
+        body.x_t1 = translated(body.x_t0, {0.0, aside, 0.0});
+      }
+      Positions3& x = watched.body(0).x_t1;
+      const Vec3d corner = x[0];
+      x[0] = {corner.x + 4.0, corner.y + 4.0, corner.z + 4.0};
+      watched.move_all();
+      EXPECT_GT(watched.expect_contacts(query), 100U);
+      EXPECT_GT(query.statistics().split_triangles, 0U);
+      x[0] = corner;
+      watched.move_all();
+      watched.expect_contacts(query, alone);
+    }
   }
 }
 

@@ -125,12 +125,12 @@ void ContactEconomy::drop_all_but_nearest(std::vector<NodeContact>& contacts,
 }
 
 StageReport report_on_economy(bool chooses, const ContactCounts& given, const ContactCounts& all) {
-  constexpr DetectionStage stage = DetectionStage::contact_economy;
-  if (!chooses) return {stage, false, "Bullet's solver gets all contacts"};
+  constexpr DetectionStage kStage = DetectionStage::contact_economy;
+  if (!chooses) return {kStage, false, "Bullet's solver gets all contacts"};
   const auto share = [](std::size_t part, std::size_t whole) {
     return std::to_string(part) + " of " + std::to_string(whole);
   };
-  return {stage, true,
+  return {kStage, true,
           "Bullet's solver gets " + share(given.of_nodes, all.of_nodes) + " contacts of nodes with faces, and " +
               share(given.of_edges, all.of_edges) + " of edges"};
 }

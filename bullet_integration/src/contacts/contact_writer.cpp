@@ -128,26 +128,31 @@ btVector3 deformable_normal(const MemberContact& found, const btSoftBody::Node& 
   return !bounds_volume && face.m_normal.dot(node.m_x - face.m_n[2]->m_x) < 0 ? -face.m_normal : face.m_normal;
 }
 
-/// Returns the box of a leaf of Bullet's face tree: around the face's predicted motion, enlarged by its body's margin.
-btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Face& face) {
-  btVector3 ends[6];
-  for (int i = 0; i < 3; ++i) {
-    ends[i] = face.m_n[i]->m_x;
-    ends[3 + i] = face.m_n[i]->m_q;
+/// Returns the box of a leaf of Bullet's trees: around the predicted motion of nodes, enlarged by their body's margin.
+/// Rounds as btDbvtVolume::FromPoints and Expand, which take twice the instructions.
+template <int kCount>
+btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node* const (&nodes)[kCount]) {
+  btVector3 low = nodes[0]->m_x;
+  btVector3 high = low;
+  for (const btSoftBody::Node* node : nodes) {
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min({low[axis], node->m_x[axis], node->m_q[axis]});
+      high[axis] = std::max({high[axis], node->m_x[axis], node->m_q[axis]});
+    }
   }
   const btScalar margin = margin_of(body);
-  btDbvtVolume box = btDbvtVolume::FromPoints(ends, 6);
-  box.Expand(btVector3(margin, margin, margin));
-  return box;
+  const btVector3 enlarged(margin, margin, margin);
+  return btDbvtVolume::FromMM(low - enlarged, high + enlarged);
 }
 
-/// Returns the same for a leaf of Bullet's node tree.
+btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Face& face) {
+  const btSoftBody::Node* const nodes[] = {face.m_n[0], face.m_n[1], face.m_n[2]};
+  return box_of(body, nodes);
+}
+
 btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node& node) {
-  const btVector3 ends[] = {node.m_x, node.m_q};
-  const btScalar margin = margin_of(body);
-  btDbvtVolume box = btDbvtVolume::FromPoints(ends, 2);
-  box.Expand(btVector3(margin, margin, margin));
-  return box;
+  const btSoftBody::Node* const nodes[] = {&node};
+  return box_of(body, nodes);
 }
 
 /// Follows Bullet's rule within a body (CollideFF_DD): a node touches a face if one of the faces around the node is

@@ -76,8 +76,8 @@ struct QueryOptions {
   /// The kinds of feature pairs to test. Two bodies are tested for a kind when both bodies and the query want it.
   Features features = {true, true};
   /// If true, and without memory_limit, near pairs of triangles are found once and serve several detections of the
-  /// scene's queries, until many triangles leave their volumes. Changes no contacts. Needs memory for these pairs
-  /// once reuse has proved worthwhile. On CUDA, the host then waits once more.
+  /// scene's queries, until many triangles leave their volumes. Changes no contacts. Needs memory for these pairs,
+  /// of up to four queries, once reuse has proved worthwhile. On CUDA, the host then waits once more.
   bool reuse_pairs = true;
   /// If true, contacts stay in the memory of the scene's CUDA device; see Ticket::wait_on_device(). Only for scenes
   /// with Backend::cuda.

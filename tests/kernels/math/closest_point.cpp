@@ -101,6 +101,22 @@ TEST(ClosestPoints, weights_and_offset_describe_the_same_points) {
   }
 }
 
+TEST(ClosestPoints, a_vertex_is_near_up_to_its_distance) {
+  for (std::uint32_t family = 0; family < kFamilies; ++family) {
+    Random random(family + 1);
+    for (int i = 0; i < 5'000; ++i) {
+      const Query query = make_query(random, ContactKind::vertex_triangle, static_cast<Family>(family), false);
+      const auto pair = detail::relative_vertex_triangle(query.rows[4], query.rows[5], query.rows[6], query.rows[7]);
+      const double squared_distance = detail::nearest_vertex_triangle(pair).squared_distance;
+      const detail::Nearest<double> foot = detail::nearest_in_plane(pair);
+      ASSERT_TRUE(detail::is_vertex_near_triangle(pair, foot, squared_distance)) << to_string(query);
+      if (!(squared_distance > 0.0)) continue;
+      const double less = std::nextafter(squared_distance, 0.0);
+      ASSERT_FALSE(detail::is_vertex_near_triangle(pair, foot, less)) << to_string(query);
+    }
+  }
+}
+
 /// Returns a vertex inside a flat triangle whose third corner is `height` away from the long edge, or from a corner.
 Points flat_triangle(Random& random, double height) {
   const Vec3d f0 = random.in_box(1.0);

@@ -121,7 +121,7 @@ TEST(PerturbedSide, changes_sign_with_the_order_of_points) {
     const PerturbedSide side = perturbed_side(points[0], points[1], points[2], points[3]);
     ASSERT_EQ(std::abs(side.side), 1);
     perturbed += side.is_perturbed ? 1 : 0;
-    const Vec3f x[4] = {points[0].x, points[1].x, points[2].x, points[3].x};
+    const Vec3d x[4] = {points[0].x, points[1].x, points[2].x, points[3].x};
     ASSERT_EQ(side.is_perturbed, reference(x) == 0);
     if (!side.is_perturbed) {
       ASSERT_EQ(side.side, reference(x));
@@ -145,7 +145,7 @@ TEST(PerturbedSide, is_the_same_for_all_vertices_of_a_body_in_a_plane_of_another
   const PerturbedPoint corners[3] = {{{0, 0, 0}, 1, 0}, {{4, 0, 0}, 1, 1}, {{0, 4, 0}, 1, 2}};
   std::set<int> sides;
   for (std::uint32_t v = 0; v < 16; ++v) {
-    const Vec3f x = {static_cast<float>(v % 4), static_cast<float>(v / 4), 0};
+    const Vec3d x = {double(v % 4), double(v / 4), 0};
     sides.insert(perturbed_side(corners[0], corners[1], corners[2], {x, 5, v}).side);
   }
   EXPECT_EQ(sides.size(), 1U);

@@ -97,15 +97,39 @@ SOFTCD_HD Nearest<T> nearest_in_plane(const RelativePair<T>& pair) {
   return nearest_at(pair, a_along - y * c_along, y);
 }
 
+/// Returns the nearest point on the side of the triangle along b (0), along c (1), or between their ends (2).
 template <class T>
-SOFTCD_HD Nearest<T> nearest_vertex_triangle(const RelativePair<T>& pair) {
-  Nearest<T> best = nearest_at(pair, nearest_on_segment(pair.a, pair.b), T(0));
-  best = nearer(best, nearest_at(pair, T(0), nearest_on_segment(pair.a, pair.c)));
+SOFTCD_HD Nearest<T> nearest_on_side(const RelativePair<T>& pair, int side) {
+  if (side == 0) return nearest_at(pair, nearest_on_segment(pair.a, pair.b), T(0));
+  if (side == 1) return nearest_at(pair, T(0), nearest_on_segment(pair.a, pair.c));
   // x + y = 1 holds exactly, which marks the third edge.
   const T x = T(1) - nearest_on_segment(pair.a - pair.b, pair.c - pair.b);
-  best = nearer(best, nearest_at(pair, x, T(1) - x));
+  return nearest_at(pair, x, T(1) - x);
+}
+
+template <class T>
+SOFTCD_HD bool is_inside_triangle(const Nearest<T>& point) {
+  return point.x > T(0) && point.y > T(0) && (T(1) - point.x) - point.y > T(0);
+}
+
+template <class T>
+SOFTCD_HD Nearest<T> nearest_vertex_triangle(const RelativePair<T>& pair) {
+  Nearest<T> best = nearest_on_side(pair, 0);
+  best = nearer(best, nearest_on_side(pair, 1));
+  best = nearer(best, nearest_on_side(pair, 2));
   const Nearest<T> inside = nearest_in_plane(pair);
-  return inside.x > T(0) && inside.y > T(0) && (T(1) - inside.x) - inside.y > T(0) ? nearer(best, inside) : best;
+  return is_inside_triangle(inside) ? nearer(best, inside) : best;
+}
+
+/// Returns whether the squared distance of nearest_vertex_triangle() is at most `squared_distance`. Stops at the first
+/// point of the triangle that is as near. `foot` is nearest_in_plane().
+template <class T>
+SOFTCD_HD bool is_vertex_near_triangle(const RelativePair<T>& pair, const Nearest<T>& foot, T squared_distance) {
+  if (is_inside_triangle(foot) && foot.squared_distance <= squared_distance) return true;
+  for (int side = 0; side < 3; ++side) {
+    if (nearest_on_side(pair, side).squared_distance <= squared_distance) return true;
+  }
+  return false;
 }
 
 template <class T>

@@ -95,30 +95,30 @@ class BroadPhaseStages {
 
   /// Finds the triangles that are not within the kept volumes. Lists no more than kMostEscaped.
   void find_escaped() {
-    w_.kept.escaped.reserve(backend_, kMostEscaped, 0);
-    w_.kept.escaped_groups.reserve(backend_, kMostEscaped / kEscapedGroup, 0);
+    w_.kept().escaped.reserve(backend_, kMostEscaped, 0);
+    w_.kept().escaped_groups.reserve(backend_, kMostEscaped / kEscapedGroup, 0);
     backend_.for_each_append(
-        "find_escaped", triangles(), FindEscaped{w_.volumes.data(), w_.kept.volumes.data(), w_.shapes.data()},
+        "find_escaped", triangles(), FindEscaped{w_.volumes.data(), w_.kept().volumes.data(), w_.shapes.data()},
         Appender<CountTarget>{{}, &counters_->active, 0},
-        Appender<ArrayTarget<std::uint32_t>>{{w_.kept.escaped.data()}, &counters_->escaped, kMostEscaped});
+        Appender<ArrayTarget<std::uint32_t>>{{w_.kept().escaped.data()}, &counters_->escaped, kMostEscaped});
   }
 
   /// Lowers the counters' headroom to the least of all triangles.
   void measure_headroom() {
-    backend_.minimum("measure_headroom", triangles(), MeasureHeadroom{w_.volumes.data(), w_.kept.volumes.data()},
+    backend_.minimum("measure_headroom", triangles(), MeasureHeadroom{w_.volumes.data(), w_.kept().volumes.data()},
                      &counters_->headroom);
   }
 
   void keep_volumes(float slack) {
-    w_.kept.volumes.reserve(backend_, scene_.element_count(), 0);
-    backend_.for_each("keep_volumes", triangles(), KeepVolume{w_.volumes.data(), w_.kept.volumes.data(), slack});
+    w_.kept().volumes.reserve(backend_, scene_.element_count(), 0);
+    backend_.for_each("keep_volumes", triangles(), KeepVolume{w_.volumes.data(), w_.kept().volumes.data(), slack});
   }
 
   /// Keeps all pairs whose volumes overlap, wherever in these the triangles are. Finds this detection's pairs among
   /// them, by the `present` volumes. prepare() must have run.
   void keep_pairs(const Kdop18* present) {
-    test_share<false>({0, 1}, w_.kept.pairs);
-    add_remaining<false>(w_.kept.pairs);
+    test_share<false>({0, 1}, w_.kept().pairs);
+    add_remaining<false>(w_.kept().pairs);
     test_kept_pairs(present, 0U);
     if constexpr (kMayHavePatches) {
       if (scene_.patch_count > 0) keep_patch_pairs(present);
@@ -400,15 +400,15 @@ class BroadPhaseStages {
         pair_test<kSwept>(present)};
     const auto keep_all = [&] {
       backend_.for_each_part_filtered("keep_patch_pairs", lists_.patch_pairs.count(counters_), keep,
-                                      w_.kept.pairs.appender(counters_), lists_.pairs.appender(counters_));
+                                      w_.kept().pairs.appender(counters_), lists_.pairs.appender(counters_));
     };
-    produce(backend_, counters_, keep_all, w_.kept.pairs, lists_.pairs);
+    produce(backend_, counters_, keep_all, w_.kept().pairs, lists_.pairs);
   }
 
   template <bool kSwept>
   void look_up_escaped() {
-    const EscapedTriangles escaped{w_.kept.escaped.data(), &counters_->escaped};
-    EscapedGroup* const groups = w_.kept.escaped_groups.data();
+    const EscapedTriangles escaped{w_.kept().escaped.data(), &counters_->escaped};
+    EscapedGroup* const groups = w_.kept().escaped_groups.data();
     backend_.for_each("bound_escaped", Count{&counters_->all, kMostEscaped / kEscapedGroup},
                       BoundEscaped{escaped, scene_.triangle_body, w_.volumes.data(), groups});
     const LookUpEscaped<kSwept> look_up{pair_test<kSwept>(), escaped, groups};
@@ -429,9 +429,9 @@ class BroadPhaseStages {
   template <bool kSwept>
   void test_kept_pairs(const Kdop18* present, std::uint32_t left_out) {
     backend_.begin(Stage::tests);
-    const TestKept<kSwept> test_kept{pair_test<kSwept>(present), w_.kept.pairs.template column<0>().data(), left_out};
+    const TestKept<kSwept> test_kept{pair_test<kSwept>(present), w_.kept().pairs.template column<0>().data(), left_out};
     const auto test_all = [&] {
-      backend_.for_each_append("test_kept", w_.kept.pairs.count(counters_), test_kept,
+      backend_.for_each_append("test_kept", w_.kept().pairs.count(counters_), test_kept,
                                lists_.pairs.appender(counters_));
     };
     produce(backend_, counters_, test_all, lists_.pairs);

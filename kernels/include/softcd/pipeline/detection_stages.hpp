@@ -92,7 +92,9 @@ class DetectionStages {
   }
 
   /// Grows the list of kept pairs if it was too short. Returns whether it was.
-  bool grow_kept_pairs(const Counters& counters) { return may_keep_ && grow_lists(backend_, counters, w_.kept.pairs); }
+  bool grow_kept_pairs(const Counters& counters) {
+    return may_keep_ && grow_lists(backend_, counters, w_.kept().pairs);
+  }
   /// Lets the next launch() keep nothing, as a list was too short for this one. It reuses pairs if this one did.
   void keep_nothing() {
     if (may_keep_ && !has_reused_) keeping_->drop();
@@ -106,7 +108,7 @@ class DetectionStages {
   void conclude(const Counters& counters) {
     is_all_enqueued_ = true;
     if (counters.all == 0 || has_reused_) return;
-    w_.kept.has_split = counters.splits > 0;
+    w_.has_split = counters.splits > 0;
     if (may_keep_) keeping_->conclude(counters);
   }
 
@@ -189,7 +191,7 @@ class DetectionStages {
     w_.lists.with_all([&](auto&... lists) {
       backend_.run_once("conclude_contacts",
                         ConcludeContacts<kListCount + 1>{counters,
-                                                         {lists.bound(counters)..., w_.kept.pairs.bound(counters)},
+                                                         {lists.bound(counters)..., w_.kept().pairs.bound(counters)},
                                                          needs_short_runs,
                                                          body_begin + body_ids_,
                                                          query_.contact_counts.data()});
@@ -213,17 +215,14 @@ class DetectionStages {
   /// not possible, searches all pairs.
   void find_pairs_or_reuse(BroadPhase& broad_phase, NarrowPhase& narrow_phase) {
     if (has_reused_) return keeping_->enqueue_reuse(broad_phase);
-    bool has_found = false;
     if (may_keep_ && keeping_->work().keeps_pairs) {
       keeping_->with_kept_volumes([&] {
         broad_phase.prepare(Wanted::overlapping_volumes, keeping_->grows_volumes());
-        has_found = keeping_->may_keep_pairs();
-        if (has_found) keeping_->enqueue_pairs(broad_phase);
+        keeping_->enqueue_pairs(broad_phase);
       });
-      if (has_found) return;
-    } else {
-      broad_phase.prepare(Wanted::meeting_triangles, false);
+      return;
     }
+    broad_phase.prepare(Wanted::meeting_triangles, false);
     if (Backend::kKnowsCounts && (account_.is_limited() || chunks_.count() > 1)) {
       chunks_.require(w_.counters.data()->tests / kMostTestsOfChunk + 1);
     }
@@ -259,7 +258,8 @@ class DetectionStages {
   Signature signature(LaunchPart part) {
     return {part,
             may_keep_ ? keeping_->work() : KeepingWork{},
-            w_.kept.pairs.capacity(),
+            w_.kept_number,
+            w_.kept().pairs.capacity(),
             settings_,
             scene_.view(),
             scene_.counts(),

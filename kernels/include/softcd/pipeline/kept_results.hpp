@@ -94,6 +94,10 @@ class Usefulness {
   float slack_ = 0.0F;
 };
 
+/// The number of detections whose results a detector keeps at the same time. A world of Bullet's has up to four queries
+/// in turn: contacts of soft bodies, with meshes, with convex shapes, and crossings.
+constexpr std::size_t kMostKept = 4;
+
 /// The results that a detection keeps for later ones, of the same query and of others:
 /// - the volumes of all triangles, grown by some slack;
 /// - if likely to be of use, all pairs of triangles whose volumes overlap.
@@ -117,15 +121,13 @@ struct KeptPairs {
   DetectionSettings settings{};
   std::uint64_t revision = 0;  ///< of the detector; 0: nothing is kept
   float mean_radius = 0.0F;    ///< of its triangles
+  std::uint64_t number = 0;    ///< in the order in which they were kept
   bool has_pairs = false;
   float slack = 0.0F;
   int age = 0;                             ///< detections of the same query since
   std::shared_ptr<Usefulness> usefulness;  ///< of the query that kept it
   bool was_of_use = false;
-  int misses = 0;  ///< detections since the last one that it served
-  // About the detector's last detection that did not reuse pairs:
-  bool has_detected = false;  ///< there was one
-  bool has_split = false;     ///< it split a triangle: the next is likely to, too
+  int misses = 0;  ///< comparisons in a row that it did not serve
 };
 
 /// The work that a detection does for later ones.

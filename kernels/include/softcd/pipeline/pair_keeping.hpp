@@ -26,22 +26,22 @@ class PairKeeping {
               std::shared_ptr<Usefulness> usefulness)
       : backend_(backend),
         w_(workspace),
-        kept_(workspace.kept),
         scene_(scene),
         bodies_(bodies),
         settings_(settings),
         revision_(revision),
         usefulness_(std::move(usefulness)) {
-    ++kept_.misses;
-    if (is_own()) ++kept_.age;
-    work_.compares = is_kept() && covers_settings() && covers_bodies();
+    for_each_kept([this](std::uint32_t /*i*/) { kept().age += is_own() ? 1 : 0; });
+    choose_compared();
+    ++kept().misses;
+    work_.compares = covers();
     work_.measures_headroom = work_.compares && is_own();
   }
 
   /// Returns the work to be enqueued, as far as it is decided.
   const KeepingWork& work() const { return work_; }
   /// Whether it pays to wait for the comparison. Waiting costs nothing if counts are known at once.
-  bool waits_for_comparison() const { return work_.compares && (Backend::kKnowsCounts || kept_.has_pairs); }
+  bool waits_for_comparison() const { return work_.compares && (Backend::kKnowsCounts || kept().has_pairs); }
 
   /// Enqueues the comparison with the kept volumes. The triangles must be bounded. The results are among the counts.
   void enqueue_comparison(Stages& stages) const {
@@ -56,15 +56,18 @@ class PairKeeping {
   /// Whether to reuse the kept pairs, by the counts of the comparison: at most a few triangles have escaped.
   bool is_served(const Counters& counters) {
     learn(lesson(), counters);
-    if (!have_few_escaped(counters)) return false;
+    if (!have_few_escaped(counters)) {
+      if (!is_own()) choose_replaced();
+      return false;
+    }
     work_.looks_up_escaped = counters.escaped > 0;
-    kept_.misses = 0;
-    kept_.was_of_use = true;
-    return kept_.has_pairs;
+    kept().misses = 0;
+    kept().was_of_use = true;
+    return kept().has_pairs;
   }
 
   void enqueue_reuse(Stages& stages) const {
-    backend_.run_once("restore_kept_counts", RestoreKeptCounts{kept_.counts.data(), w_.counters.data()});
+    backend_.run_once("restore_kept_counts", RestoreKeptCounts{kept().counts.data(), w_.counters.data()});
     stages.test_kept_pairs();
     if (work_.looks_up_escaped) stages.look_up_escaped();
   }
@@ -75,24 +78,24 @@ class PairKeeping {
   /// - pairs, too, if these are likely to be of use.
   void begin() {
     if (work_.compares && !waits_for_comparison()) lesson_ = lesson();
-    if (!std::exchange(kept_.has_detected, true) || kept_.has_split || is_others()) return;
+    if (!std::exchange(w_.has_detected, true) || w_.has_split || is_others()) return;
     const bool leaves = usefulness_->is_likely() || usefulness_->wants_to_learn();
     if (!leaves && !is_own()) return;
-    if (kept_.has_pairs && !kept_.was_of_use) kept_.usefulness->doubt();
-    kept_.has_pairs = false;
-    kept_.revision = 0;
+    if (kept().has_pairs && !kept().was_of_use) kept().usefulness->doubt();
+    kept().has_pairs = false;
+    kept().revision = 0;
     if (!leaves || !lists_all_neighbours()) return;
     work_.keeps_volumes = true;
-    work_.keeps_pairs = kept_.has_pairs = usefulness_->is_likely();
-    work_.slack = kept_.slack = kept_.has_pairs ? usefulness_->slack() : 0.0F;
-    kept_.bodies.assign(bodies_.bodies.begin(), bodies_.bodies.end());
-    kept_.partner_begin.assign(bodies_.partner_begin.begin(), bodies_.partner_begin.end());
-    kept_.partners.assign(bodies_.partners.begin(), bodies_.partners.end());
-    kept_.volumes.reserve(backend_, scene_.element_count(), 0);
+    work_.keeps_pairs = kept().has_pairs = usefulness_->is_likely();
+    work_.slack = kept().slack = kept().has_pairs ? usefulness_->slack() : 0.0F;
+    kept().bodies.assign(bodies_.bodies.begin(), bodies_.bodies.end());
+    kept().partner_begin.assign(bodies_.partner_begin.begin(), bodies_.partner_begin.end());
+    kept().partners.assign(bodies_.partners.begin(), bodies_.partners.end());
+    kept().volumes.reserve(backend_, scene_.element_count(), 0);
     if (is_grown()) upload_grown_bodies();
-    if (!kept_.has_pairs) return;
-    kept_.counts.reserve(backend_, 1, 0);
-    if (!Backend::kKnowsCounts) kept_.pairs.reserve(backend_, w_.lists.pairs.capacity(), 0);
+    if (!kept().has_pairs) return;
+    kept().counts.reserve(backend_, 1, 0);
+    if (!Backend::kKnowsCounts) kept().pairs.reserve(backend_, w_.lists.pairs.capacity(), 0);
   }
 
   /// Keeps the volumes. The triangles must be bounded and compared.
@@ -100,10 +103,10 @@ class PairKeeping {
     if (!work_.keeps_volumes) return;
     if (is_grown()) {
       SceneView scene = scene_;
-      scene.bodies = kept_.grown_bodies.data();
+      scene.bodies = kept().grown_bodies.data();
       stages.bound_triangles(scene);
     }
-    stages.keep_volumes(kept_.slack);
+    stages.keep_volumes(kept().slack);
   }
 
   /// Whether the detection keeps pairs of grown volumes.
@@ -113,37 +116,32 @@ class PairKeeping {
   template <class F>
   void with_kept_volumes(const F& f) {
     const bool swaps = grows_volumes();
-    if (swaps) std::swap(w_.volumes, kept_.volumes);
+    if (swaps) std::swap(w_.volumes, kept().volumes);
     f();
-    if (swaps) std::swap(w_.volumes, kept_.volumes);
-  }
-
-  /// Whether pairs may be kept, after prepare(): not if triangles are known to be split.
-  bool may_keep_pairs() const {
-    if constexpr (Backend::kKnowsCounts) return w_.counters.data()->splits == 0;
-    return true;
+    if (swaps) std::swap(w_.volumes, kept().volumes);
   }
 
   /// Keeps all pairs whose volumes overlap, and finds this detection's pairs. Called within with_kept_volumes().
   void enqueue_pairs(Stages& stages) const {
-    stages.keep_pairs(grows_volumes() ? kept_.volumes.data() : w_.volumes.data());
-    backend_.run_once("store_kept_counts", StoreKeptCounts{w_.counters.data(), kept_.counts.data()});
+    stages.keep_pairs(grows_volumes() ? kept().volumes.data() : w_.volumes.data());
+    backend_.run_once("store_kept_counts", StoreKeptCounts{w_.counters.data(), kept().counts.data()});
   }
 
   /// Discards the kept pairs, which are not complete.
-  void drop() { kept_.has_pairs = false; }
+  void drop() { kept().has_pairs = false; }
 
-  /// Called when all has run. Keeps nothing if triangles were split: their pairs are found by the cells of their
-  /// children, not by their volumes.
+  /// Called when all has run. Later detections get nothing if triangles were split: their pairs were found by the cells
+  /// of their children, not by their volumes.
   void conclude(const Counters& counters) {
     if (lesson_) learn(*lesson_, counters);
     if (!work_.keeps_volumes || counters.splits > 0) return;
-    kept_.settings = settings_;
-    kept_.usefulness = usefulness_;
-    kept_.was_of_use = false;
-    kept_.age = 0;
-    kept_.mean_radius = counters.grid.mean_radius;
-    kept_.revision = revision_;
+    kept().settings = settings_;
+    kept().usefulness = usefulness_;
+    kept().was_of_use = false;
+    kept().age = 0;
+    kept().number = ++w_.kept_count;
+    kept().mean_radius = counters.grid.mean_radius;
+    kept().revision = revision_;
   }
 
  private:
@@ -157,14 +155,50 @@ class PairKeeping {
     int age;
   };
 
-  bool is_kept() const { return kept_.revision == revision_; }
-  bool is_own() const { return kept_.usefulness == usefulness_; }
-  bool is_grown() const { return kept_.slack > 0.0F; }
+  KeptPairs<Backend>& kept() const { return w_.kept(); }
+
+  bool covers() const { return is_kept() && covers_settings() && covers_bodies(); }
+
+  /// Chooses the kept results to compare with: of those that cover the pairs of bodies the query's own pairs, otherwise
+  /// the newest. In a step of moving bodies these are of the query before this one.
+  void choose_compared() {
+    std::optional<std::uint32_t> best;
+    const auto rank = [this] { return std::pair(is_own() && kept().has_pairs, kept().number); };
+    std::pair<bool, std::uint64_t> best_rank;
+    for_each_kept([&](std::uint32_t i) {
+      if (!covers() || (best && rank() < best_rank)) return;
+      best = i;
+      best_rank = rank();
+    });
+    best ? void(w_.kept_number = *best) : choose_replaced();
+  }
+
+  /// Chooses the kept results that this detection may replace: the query's own, or unused ones if there are any.
+  void choose_replaced() {
+    std::optional<std::uint32_t> own, unused;
+    for_each_kept([&](std::uint32_t i) {
+      if (is_own()) own = i;
+      if (!is_kept()) unused = i;
+    });
+    w_.kept_number = own.value_or(unused.value_or(w_.kept_number));
+  }
+
+  /// Calls f(i) for all kept results, with each as kept().
+  template <class F>
+  void for_each_kept(const F& f) {
+    const std::uint32_t before = w_.kept_number;
+    for (std::uint32_t i = 0; i < kMostKept; ++i) f(w_.kept_number = i);
+    w_.kept_number = before;
+  }
+
+  bool is_kept() const { return kept().revision == revision_; }
+  bool is_own() const { return kept().usefulness == usefulness_; }
+  bool is_grown() const { return kept().slack > 0.0F; }
 
   /// Whether another query has kept pairs that are still of use.
-  bool is_others() const { return is_kept() && kept_.has_pairs && !is_own() && kept_.misses < kMostMisses; }
+  bool is_others() const { return is_kept() && kept().has_pairs && !is_own() && kept().misses < kMostMisses; }
 
-  Lesson lesson() const { return {kept_.usefulness, kept_.slack, kept_.mean_radius, kept_.age}; }
+  Lesson lesson() const { return {kept().usefulness, kept().slack, kept().mean_radius, kept().age}; }
 
   static bool have_few_escaped(const Counters& counters) {
     constexpr std::uint64_t kShare = 8;
@@ -183,8 +217,9 @@ class PairKeeping {
   /// Whether the grid's settings are the same. Other settings give the same contacts, but the caller wants to see their
   /// work.
   bool covers_settings() const {
-    return kept_.settings.broad_phase == settings_.broad_phase && kept_.settings.subdivision == settings_.subdivision &&
-           kept_.settings.cell_size_factor == settings_.cell_size_factor;
+    return kept().settings.broad_phase == settings_.broad_phase &&
+           kept().settings.subdivision == settings_.subdivision &&
+           kept().settings.cell_size_factor == settings_.cell_size_factor;
   }
 
   /// Whether the kept pairs cover all pairs of bodies and all kinds of features.
@@ -192,10 +227,10 @@ class PairKeeping {
     if (!lists_all_neighbours()) return false;
     for (std::size_t b = 0; b < bodies_.bodies.size(); ++b) {
       const SceneBody& now = bodies_.bodies[b];
-      const SceneBody& then = kept_.bodies[b];
+      const SceneBody& then = kept().bodies[b];
       if ((now.vertex_triangle && !then.vertex_triangle) || (now.edge_edge && !then.edge_edge)) return false;
       const auto partners_now = bodies_.row(b);
-      const auto partners_then = SceneBodies{kept_.bodies, kept_.partner_begin, kept_.partners}.row(b);
+      const auto partners_then = SceneBodies{kept().bodies, kept().partner_begin, kept().partners}.row(b);
       if (!std::includes(partners_then.begin(), partners_then.end(), partners_now.begin(), partners_now.end())) {
         return false;
       }
@@ -216,15 +251,14 @@ class PairKeeping {
   /// Uploads bodies with grown boxes of partners. So triangles take part that may come within reach of a partner before
   /// any triangle leaves its grown volume.
   void upload_grown_bodies() {
-    std::vector<SceneBody> grown = kept_.bodies;
-    for (SceneBody& body : grown) body.partner_box = inflated(body.partner_box, kept_.slack);
-    kept_.grown_bodies.reserve(backend_, grown.size(), 0);
-    backend_.upload(kept_.grown_bodies, Span<const SceneBody>(grown));
+    std::vector<SceneBody> grown = kept().bodies;
+    for (SceneBody& body : grown) body.partner_box = inflated(body.partner_box, kept().slack);
+    kept().grown_bodies.reserve(backend_, grown.size(), 0);
+    backend_.upload(kept().grown_bodies, Span<const SceneBody>(grown));
   }
 
   Backend& backend_;
   Workspace<Backend, Scheme>& w_;
-  KeptPairs<Backend>& kept_;
   const SceneView& scene_;
   SceneBodies bodies_;
   const DetectionSettings& settings_;

@@ -253,7 +253,7 @@ class SpatialQueriesOn final : public SpatialQueries {
                                                      ReadAnswers& read_answers) {
     const std::uint64_t total = read_begins[read_begins.size() - 1];
     answers.reserve(backend_, total, 0);
-    backend_.for_each("write_answers", items, WriteAnswers<Lister>{lister, begins, answers.data()});
+    if (total > 0) backend_.for_each("write_answers", items, WriteAnswers<Lister>{lister, begins, answers.data()});
     return {read_begins, read_answers.read(backend_, answers, total)};
   }
 

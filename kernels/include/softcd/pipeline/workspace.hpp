@@ -24,6 +24,7 @@ constexpr std::size_t kLaunchPartCount = 4;
 struct Signature {
   LaunchPart part;
   KeepingWork keeping;
+  std::uint32_t kept_number;    ///< see Workspace
   std::uint64_t kept_capacity;  ///< of the list of kept pairs
   DetectionSettings settings;
   SceneView scene;
@@ -47,7 +48,11 @@ struct Workspace {
   using SortBuffer = typename Backend::template SortBuffer<T>;
 
   Lists<Backend, Scheme> lists;
-  KeptPairs<Backend> kept;
+  std::array<KeptPairs<Backend>, kMostKept> kept_results;
+  std::uint32_t kept_number = 0;  ///< the place in kept_results that the present detection uses
+  std::uint64_t kept_count = 0;   ///< the number of results that were kept so far
+  bool has_detected = false;      ///< the detector had a detection that did not reuse pairs
+  bool has_split = false;         ///< the last of these split a triangle: the next is likely to, too
   Buffer<Counters> counters;
   Buffer<std::uint32_t> size_bins;  ///< at most MeasurePatch::kHistograms histograms of kSizeBins
 
@@ -82,6 +87,9 @@ struct Workspace {
   // Per run of contacts:
   Buffer<std::uint32_t> run_counts;
   Buffer<std::uint64_t> run_begins;
+
+  /// Returns the results that the present detection compares with, or keeps.
+  KeptPairs<Backend>& kept() { return kept_results[kept_number]; }
 
   EntryBins bins() const { return plan_bins(lists.entries.capacity()); }
 

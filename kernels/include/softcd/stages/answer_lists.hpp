@@ -35,10 +35,11 @@ struct WriteAnswers {
   using Answer = typename Lister::Answer;
 
   Lister lister;
-  const std::uint64_t* begins;
+  const std::uint64_t* begins;  ///< of each question's answers, and behind the last question's their end
   Answer* answers;
 
   SOFTCD_HD void operator()(std::uint32_t i) const {
+    if (begins[i] == begins[i + 1]) return;
     Writer writer{answers + begins[i]};
     lister.list(i, writer);
     sort(answers + begins[i], writer.count);

@@ -191,7 +191,7 @@ struct TestSlab {
     for (const T weight : weights) {
       if (!(weight >= -slack && weight <= T(1) + slack)) return;
     }
-    if (!(detail::nearest_vertex_triangle(pair).squared_distance <= T(5) * margin * margin)) return;
+    if (!detail::is_vertex_near_triangle(pair, foot, T(5) * margin * margin)) return;
 
     const T towards = (height < T(0) ? T(-1) : T(1)) / twice_area;
     FeatureContact contact{with_kind(kKind, candidates[i]),
