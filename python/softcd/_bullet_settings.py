@@ -63,7 +63,7 @@ class Untangle(enum.Enum):
     off = "off"
     """None."""
     later = "later"
-    """With detection="dcd", those that did not intersect when both were first in the world."""
+    """Those that did not intersect when both were first in the world."""
     all = "all"
     """Those that intersect from the start, and those with filters, too."""
 

@@ -300,11 +300,14 @@ void shift(btSoftBody& body, const btVector3& offset) {
   }
 }
 
-class UntanglingLater : public testing::TestWithParam<World> {};
+class UntanglingLater : public testing::TestWithParam<std::tuple<World, Detection>> {
+ protected:
+  Tangle tangle{"two-balls", std::get<World>(GetParam()),
+                untangling(std::get<Detection>(GetParam()), bullet::Untangle::later)};
+  btSoftBody& ball = *tangle.simulation().bodies()[1];
+};
 
 TEST_P(UntanglingLater, parts_bodies_that_meet_after_the_first_step) {
-  Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
-  btSoftBody& ball = *tangle.simulation().bodies()[1];
   shift(ball, btVector3(5, 0, 0));
   tangle.simulation().step_once();
   shift(ball, btVector3(-5, 0, 0));
@@ -316,8 +319,6 @@ TEST_P(UntanglingLater, parts_bodies_that_meet_after_the_first_step) {
 
 /// Bodies that come apart and meet again are no longer as the app has placed them.
 TEST_P(UntanglingLater, parts_bodies_that_meet_again) {
-  Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
-  btSoftBody& ball = *tangle.simulation().bodies()[1];
   for (int i = 0; i < 40; ++i) tangle.step();
   ASSERT_GT(tangle.edges(), 0U) << "they stay where the app has placed them";
   shift(ball, btVector3(5, 0, 0));
@@ -356,8 +357,6 @@ TEST_P(UntanglingLater, leaves_bodies_that_have_slept) {
 }
 
 TEST_P(UntanglingLater, leaves_bodies_with_filters_to_the_app) {
-  Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
-  btSoftBody& ball = *tangle.simulation().bodies()[1];
   shift(ball, btVector3(5, 0, 0));
   tangle.simulation().step_once();
   bullet::BodyFilters filters;
@@ -372,7 +371,14 @@ TEST_P(UntanglingLater, leaves_bodies_with_filters_to_the_app) {
   EXPECT_GT(tangle.edges(), 0U);
 }
 
-INSTANTIATE_TEST_SUITE_P(InEveryWorld, UntanglingLater, kLookingWorlds, world_name);
+std::string name_of_later(const testing::TestParamInfo<UntanglingLater::ParamType>& parameter) {
+  const bool is_continuous = std::get<Detection>(parameter.param) == Detection::ccd;
+  return name_of(std::get<World>(parameter.param)) + (is_continuous ? "_ccd" : "_dcd");
+}
+
+INSTANTIATE_TEST_SUITE_P(InEveryWorld, UntanglingLater,
+                         testing::Combine(kLookingWorlds, testing::Values(Detection::dcd, Detection::ccd)),
+                         name_of_later);
 
 int count_contacts(Tangle& tangle) {
   const btAlignedObjectArray<btSoftBody*>& bodies = tangle.simulation().bodies();

@@ -119,12 +119,7 @@ class WorldQueries {
 
  private:
   bool prevents_crossings() const { return settings_.detection == Detection::ccd || settings_.rigid_meshes; }
-  /// With ccd nothing comes to intersect later, up to the rounding of the probe that searches.
-  bool untangles() const {
-    const bool is_wanted = settings_.untangle == Untangle::all ||
-                           (settings_.untangle == Untangle::later && settings_.detection == Detection::dcd);
-    return is_wanted && prevents_crossings_later;
-  }
+  bool untangles() const { return settings_.untangle != Untangle::off && prevents_crossings_later; }
   WorldPairs pairs_of(const PairGate& gate) const { return {kind_.contacts, gate, settings_}; }
   const TangledNodes* released() const { return untangling.get() != nullptr ? &untangling.get()->nodes() : nullptr; }
   bool start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate);

@@ -46,8 +46,8 @@ inline constexpr auto kHelpOf<&bullet::Settings::convex_shapes> =
     "Which features touch convex rigid shapes: nodes, as in Bullet, or also faces and edges";
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::untangle> =
-    "Which bodies that intersect are moved apart: none (off); with dcd, those that did not intersect when both were "
-    "new (later); or all";
+    "Which bodies that intersect are moved apart: none (off), those that did not intersect when both were new (later), "
+    "or all";
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::untangle_speed> =
     "The greatest speed, in metres a second, at which untangle moves a node; 0 chooses by the lengths of edges";

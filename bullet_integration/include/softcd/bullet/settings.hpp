@@ -55,7 +55,7 @@ enum class ConvexShapes : std::uint32_t {
 /// one without touching it stays there. Convex shapes are left to Bullet's contacts. docs/use/bullet.md has the rules.
 enum class Untangle : std::uint32_t {
   off,
-  later,  ///< with dcd, those that did not intersect when both were first in the world; the app may have meant what did
+  later,  ///< those that did not intersect when both were first in the world; the app may have meant what did
   all,    ///< those that intersect from the start, and those with filters, too
 };
 
