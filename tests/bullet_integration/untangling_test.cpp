@@ -331,10 +331,9 @@ TEST_P(UntanglingLater, parts_bodies_that_meet_again) {
 }
 
 TEST_P(UntanglingLater, leaves_a_body_that_is_added_into_another_one) {
-  Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
-  std::unique_ptr<btSoftBody> ball = tangle.simulation().remove(*tangle.simulation().bodies()[1]);
+  std::unique_ptr<btSoftBody> removed = tangle.simulation().remove(ball);
   for (int i = 0; i < 5; ++i) tangle.step();
-  tangle.simulation().add(std::move(ball));
+  tangle.simulation().add(std::move(removed));
   for (int i = 0; i < 40; ++i) {
     tangle.step();
     EXPECT_TRUE(tangle.pairs().empty()) << "step " << i;
@@ -343,7 +342,6 @@ TEST_P(UntanglingLater, leaves_a_body_that_is_added_into_another_one) {
 }
 
 TEST_P(UntanglingLater, leaves_bodies_that_have_slept) {
-  Tangle tangle("two-balls", GetParam(), untangling(Detection::dcd, bullet::Untangle::later));
   const btAlignedObjectArray<btSoftBody*>& balls = tangle.simulation().bodies();
   for (int i = 0; i < 5; ++i) tangle.step();
   for (int b = 0; b < 2; ++b) balls[b]->forceActivationState(ISLAND_SLEEPING);
