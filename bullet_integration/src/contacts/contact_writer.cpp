@@ -8,6 +8,7 @@
 #include "bodies/inverse_mass.hpp"
 #include "bodies/vectors.hpp"
 #include "contacts/joint_margin.hpp"
+#include "contacts/tangles.hpp"
 #include "native/native_trees.hpp"
 #include "softcd/math/closest_point.hpp"
 #include "softcd/mesh/features.hpp"
@@ -224,44 +225,6 @@ int passage(const btSoftBody::Node& node, const btSoftBody::Face& face) {
   return heights[1] > 0 ? 1 : -1;
 }
 
-/// A triangle that segments may pass through.
-struct Gate {
-  Vec3d x[3];
-  Vec3d area = cross(x[1] - x[0], x[2] - x[0]);
-
-  double height_of(const Vec3d& point) const { return dot(point - x[0], area); }
-  bool is_passed(const Vec3d& from, const Vec3d& to) const {
-    const double heights[2] = {height_of(from), height_of(to)};
-    if (!(heights[0] * heights[1] < 0)) return false;
-    const Vec3d place = from + heights[0] / (heights[0] - heights[1]) * (to - from);
-    for (int i = 0; i < 3; ++i) {
-      if (dot(area, cross(x[(i + 1) % 3] - x[i], place - x[i])) < 0) return false;
-    }
-    return true;
-  }
-};
-
-/// Returns whether an edge of a face at the contact's node passes through the contact's face when the step begins.
-bool starts_through(const MemberContact& found) {
-  constexpr NodePosition kStart = kClassicEnds.start;
-  const auto corner = [&](int i) { return to_doubles(found.face().m_n[i]->*kStart); };
-  const Gate gate{{corner(0), corner(1), corner(2)}};
-  for (const FaceAtNode& face : found.a.mesh.faces_at(found.contact.feature_a)) {
-    const Triangle at_node = found.a.mesh.corners(face.face);
-    Vec3d y[3];
-    bool is_above[3];
-    for (int k = 0; k < 3; ++k) {
-      y[k] = found.a.place(at_node.v[k], kStart);
-      is_above[k] = gate.height_of(y[k]) > 0;
-    }
-    if (is_above[0] == is_above[1] && is_above[1] == is_above[2]) continue;
-    for (int k = 0; k < 3; ++k) {
-      if (gate.is_passed(y[k], y[(k + 1) % 3])) return true;
-    }
-  }
-  return false;
-}
-
 }  // namespace
 
 void AnchoredNodes::add(const btSoftBody& body) {
@@ -302,11 +265,11 @@ bool ClassicContacts::is_turned(const MemberContact& found, Detection detection,
   if (!may_turn || detection != Detection::dcd) return false;
   const int direction = passage(found.node(0), found.face());
   const bool leaves_closed_body = direction == found.b.mesh.outward && &found.a != &found.b;
-  return direction != 0 && !leaves_closed_body && !starts_through(found);
+  return direction != 0 && !leaves_closed_body && !bullet::is_tangled(found, kClassicEnds);
 }
 
 bool ClassicContacts::is_tangled(const MemberContact& found, Detection detection) {
-  return detection == Detection::dcd && &found.a != &found.b && starts_through(found);
+  return detection == Detection::dcd && &found.a != &found.b && bullet::is_tangled(found, kClassicEnds);
 }
 
 std::optional<btSoftBody::SContact> ClassicContacts::contact_of(const MemberContact& found, Detection detection) {

@@ -83,10 +83,11 @@ struct ClassicContacts {
   static std::optional<Entry> contact_of(const MemberContact& found, Detection detection);
   /// Returns whether the contact has to push the node back through the face: with `dcd`, if the node goes through the
   /// face in this step, to the wrong side. That excludes a node that leaves another body, which is closed. It also
-  /// excludes a node with an edge through the face when the step begins: then no side is known to be the right one.
-  /// Contacts between bodies are turned only if contacts are chosen among (`is_chosen`).
+  /// excludes a node with a face tangled with this face when the step begins: then no side is known to be the right
+  /// one. Contacts between bodies are turned only if contacts are chosen among (`is_chosen`).
   static bool is_turned(const MemberContact& found, Detection detection, bool is_chosen);
-  /// Returns whether, with `dcd`, an edge at the node is through another body's face when the step begins.
+  /// Returns whether, with `dcd`, a face at the node is tangled with another body's face when the step begins. See
+  /// tangles.hpp.
   static bool is_tangled(const MemberContact& found, Detection detection);
   /// Returns the margin_cut with which `one`, at `place` among the contacts that it carries, pushes as all of them
   /// would. It is at most what the node's motion adds to both bodies' margins.
