@@ -188,8 +188,8 @@ class Questions:
     def intersections(self, pairs: BodyPairs = ((None, None),)) -> AnswerLists:
         """Finds all intersecting triangles of a and b for each pair (a, b): `body_a`, `triangle_a`, `body_b`,
         `triangle_b`. The decision is exact for the positions as given, float32 or float64. Where a is b, it finds
-        intersections within the body. Where both are None, the default, it compares all bodies with each other and with themselves. Each
-        intersection is reported once, in the order of the first, then of the second triangle."""
+        intersections within the body. Where both are None, the default, it compares all bodies with each other and
+        with themselves. Each intersection is reported once, in the order of the first, then of the second triangle."""
         return AnswerLists(*self._core.intersections(pairs))
 
     def has_intersections(self, a: int | None = None, b: int | None = None) -> bool:
