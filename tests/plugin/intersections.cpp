@@ -53,7 +53,9 @@ Scene close_triangles(std::uint32_t count) {
   Random random(17);
   Mesh meshes[2];
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Vec3d place = {10.0 + 3.0 * (i % 10), 10.0 + 3.0 * (i / 10 % 10), 10.0 + 3.0 * (i / 100)};
+    const std::uint32_t row = i / 10 % 10;
+    const std::uint32_t layer = i / 100;
+    const Vec3d place = {10.0 + 3.0 * (i % 10), 10.0 + 3.0 * row, 10.0 + 3.0 * layer};
     const Vec3d normal = random.direction();
     const Vec3d along = cross(normal, random.direction());
     const Vec3d across = cross(normal, along);

@@ -145,7 +145,8 @@ TEST(PerturbedSide, is_the_same_for_all_vertices_of_a_body_in_a_plane_of_another
   const PerturbedPoint corners[3] = {{{0, 0, 0}, 1, 0}, {{4, 0, 0}, 1, 1}, {{0, 4, 0}, 1, 2}};
   std::set<int> sides;
   for (std::uint32_t v = 0; v < 16; ++v) {
-    const Vec3d x = {double(v % 4), double(v / 4), 0};
+    const std::uint32_t row = v / 4;
+    const Vec3d x = {double(v % 4), double(row), 0};
     sides.insert(perturbed_side(corners[0], corners[1], corners[2], {x, 5, v}).side);
   }
   EXPECT_EQ(sides.size(), 1U);
