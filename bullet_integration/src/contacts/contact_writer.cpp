@@ -130,20 +130,17 @@ btVector3 deformable_normal(const MemberContact& found, const btSoftBody::Node& 
 }
 
 /// Returns the box of a leaf of Bullet's trees: around the predicted motion of nodes, enlarged by their body's margin.
-/// Rounds as btDbvtVolume::FromPoints and Expand, which take twice the instructions.
 template <int kCount>
 btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Node* const (&nodes)[kCount]) {
-  btVector3 low = nodes[0]->m_x;
-  btVector3 high = low;
-  for (const btSoftBody::Node* node : nodes) {
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min({low[axis], node->m_x[axis], node->m_q[axis]});
-      high[axis] = std::max({high[axis], node->m_x[axis], node->m_q[axis]});
-    }
+  btVector3 ends[2 * kCount];
+  for (int i = 0; i < kCount; ++i) {
+    ends[i] = nodes[i]->m_x;
+    ends[kCount + i] = nodes[i]->m_q;
   }
   const btScalar margin = margin_of(body);
-  const btVector3 enlarged(margin, margin, margin);
-  return btDbvtVolume::FromMM(low - enlarged, high + enlarged);
+  btDbvtVolume box = btDbvtVolume::FromPoints(ends, 2 * kCount);
+  box.Expand(btVector3(margin, margin, margin));
+  return box;
 }
 
 btDbvtVolume box_of(const btSoftBody& body, const btSoftBody::Face& face) {
