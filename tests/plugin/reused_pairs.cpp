@@ -492,6 +492,12 @@ SceneBody soup(std::uint64_t seed) {
   return moving(mesh, scattered(mesh, 0.2, seed + 100), everything(0.03F));
 }
 
+QueryOptions by_slabs() {
+  QueryOptions options = looking_for(Detection::dcd);
+  options.contact_rule = ContactRule::slab;
+  return options;
+}
+
 TEST(ReusedPairs, find_the_same_whatever_has_changed_in_between) {
   int reused = 0;
   for (const std::uint64_t seed : {0U, 1U, 2U, 3U, 10U}) {
@@ -500,10 +506,10 @@ TEST(ReusedPairs, find_the_same_whatever_has_changed_in_between) {
     Watched watched({soup(3 * seed + 1), soup(3 * seed + 2), soup(3 * seed + 3)});
     std::vector<Query*> queries = {&watched.query(looking_for(Detection::ccd)),
                                    &watched.query(looking_for(Detection::ccd, /*margins=*/false)),
-                                   &watched.query(looking_for(Detection::dcd))};
+                                   &watched.query(looking_for(Detection::dcd)), &watched.query(by_slabs())};
     for (std::uint64_t look = 0; look < 40; ++look) {
       if (random.below(2) == 0) change(watched, random, look);
-      Query& query = *queries[random.below(3)];
+      Query& query = *queries[random.below(4)];
       if (random.below(10) == 0) {
         QueryOptions options = query.options();
         options.accuracy = options.accuracy == Accuracy::precise ? Accuracy::conservative : Accuracy::precise;
