@@ -12,6 +12,7 @@
 #include "softcd/math/end_volumes.hpp"
 #include "softcd/math/kdop.hpp"
 #include "softcd/stages/cell_ranges.hpp"
+#include "softcd/stages/slab_reach.hpp"
 
 // Functions with SSE2 return the same as their twins in namespace generic, which other processors use, for any input.
 namespace softcd::test {
@@ -78,6 +79,28 @@ void expect_the_same(std::uint64_t seed, Make make, First first, Second second) 
     outcomes.add(first(a, b), second(a, b), round);
   }
   outcomes.expect_both();
+}
+
+struct SlabInVolume {
+  Kdop18 volume;
+  SlabReach reach;
+};
+
+TEST(Twins, volumes_are_beyond_slabs) {
+  const auto make = [](Random& random) {
+    SlabInVolume made{random_volume(random), {}};
+    for (float& share : made.reach.share) share = 0.25F * value(random, 2, 4);
+    return made;
+  };
+  constexpr float kGrowth = 4.0F;
+  expect_the_same(
+      11, make,
+      [](const SlabInVolume& a, const SlabInVolume& b) {
+        return certainly_beyond_slabs(a.volume, b.volume, kGrowth, a.reach, b.reach);
+      },
+      [](const SlabInVolume& a, const SlabInVolume& b) {
+        return generic::certainly_beyond_slabs(a.volume, b.volume, kGrowth, a.reach, b.reach);
+      });
 }
 
 TEST(Twins, volumes_overlap) {

@@ -277,12 +277,17 @@ TEST(ReusedPairs, serve_while_triangles_move_little) {
   }
 }
 
+QueryOptions by_slabs() {
+  QueryOptions options = looking_for(Detection::dcd);
+  options.contact_rule = ContactRule::slab;
+  return options;
+}
+
 // A detection that keeps pairs of grown volumes has no more pairs of its own than one that keeps nothing.
 TEST(ReusedPairs, are_as_many_as_a_search_without_them_finds) {
-  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+  for (QueryOptions options : {looking_for(Detection::dcd), looking_for(Detection::ccd), by_slabs()}) {
     Watched watched(two_cloths());
     Watched other(two_cloths());
-    QueryOptions options = looking_for(detection);
     Query& query = watched.query(options);
     options.reuse_pairs = false;
     Query& alone = other.query(options);
@@ -394,20 +399,22 @@ TEST(ReusedPairs, serve_triangles_that_come_within_reach) {
   Mesh lower = grid_cloth(12, 12, 0.5);
   Mesh upper = icosphere(3, 2.0);
   upper.positions = translated(upper.positions, {2.7, 2.7, 2.2});
-  Watched watched({still(lower, everything(0.1F)), still(upper, everything(0.1F))});
-  Query& query = watched.query(looking_for(Detection::ccd));
-  int reused = 0;
-  std::size_t count = 0;
-  for (int step = 0; step < 40; ++step) {
-    SceneBody& ball = watched.body(1);
-    ball.x_t0 = ball.x_t1;
-    ball.x_t1 = translated(ball.x_t0, {0.0, 0.0, -0.005});
-    watched.move(1);
-    count += watched.expect_contacts(query);
-    reused += query.statistics().reused_pairs ? 1 : 0;
+  for (const QueryOptions& options : {looking_for(Detection::ccd), by_slabs()}) {
+    Watched watched({still(lower, everything(0.1F)), still(upper, everything(0.1F))});
+    Query& query = watched.query(options);
+    int reused = 0;
+    std::size_t count = 0;
+    for (int step = 0; step < 40; ++step) {
+      SceneBody& ball = watched.body(1);
+      ball.x_t0 = ball.x_t1;
+      ball.x_t1 = translated(ball.x_t0, {0.0, 0.0, -0.005});
+      watched.move(1);
+      count += watched.expect_contacts(query);
+      reused += query.statistics().reused_pairs ? 1 : 0;
+    }
+    EXPECT_GT(count, 100U);
+    EXPECT_GT(reused, 15);
   }
-  EXPECT_GT(count, 100U);
-  EXPECT_GT(reused, 15);
 }
 
 TEST(ReusedPairs, serve_looks_that_move_bodies_a_little_or_far) {
@@ -500,10 +507,10 @@ TEST(ReusedPairs, find_the_same_whatever_has_changed_in_between) {
     Watched watched({soup(3 * seed + 1), soup(3 * seed + 2), soup(3 * seed + 3)});
     std::vector<Query*> queries = {&watched.query(looking_for(Detection::ccd)),
                                    &watched.query(looking_for(Detection::ccd, /*margins=*/false)),
-                                   &watched.query(looking_for(Detection::dcd))};
+                                   &watched.query(looking_for(Detection::dcd)), &watched.query(by_slabs())};
     for (std::uint64_t look = 0; look < 40; ++look) {
       if (random.below(2) == 0) change(watched, random, look);
-      Query& query = *queries[random.below(3)];
+      Query& query = *queries[random.below(4)];
       if (random.below(10) == 0) {
         QueryOptions options = query.options();
         options.accuracy = options.accuracy == Accuracy::precise ? Accuracy::conservative : Accuracy::precise;

@@ -263,11 +263,11 @@ HWY_INLINE std::uint64_t keep_register(const FeatureTest<kKind, kSwept>& test, c
   if constexpr (kSwept) {
     is_apart = hn::Or(is_apart, certainly_apart_in_motion(pair_t0, pair_t1, size, margin, test.scene.is_conservative));
   } else {
-    is_apart = hn::Or(is_apart, certainly_apart(pair_t1, size, margin));
-    if constexpr (kKind == ContactKind::vertex_triangle) {
-      if (test.scene.has_certain_slabs() && !hn::AllTrue(floats, is_apart)) {
-        is_apart = hn::Or(is_apart, certainly_outside_slab(pair_t1, size, members(&FeatureReach::margin, candidates)));
-      }
+    const bool is_of_slabs = kKind == ContactKind::vertex_triangle && test.scene.has_certain_slabs();
+    const Float height = is_of_slabs ? members(&FeatureReach::margin, candidates) : margin;
+    is_apart = hn::Or(is_apart, certainly_apart(pair_t1, size, height));
+    if (is_of_slabs && !hn::AllTrue(floats, is_apart)) {
+      is_apart = hn::Or(is_apart, certainly_outside_slab(pair_t1, size, height));
     }
   }
   is_apart = hn::Or(is_apart,

@@ -84,11 +84,13 @@ std::vector<Vec3f> random_positions(Random& random, Input input) {
   return positions;
 }
 
-std::vector<FeatureCandidate> random_candidates(Random& random, Input input, std::uint32_t count) {
+std::vector<FeatureCandidate> random_candidates(Random& random, Input input, const SceneView& settings,
+                                                std::uint32_t count) {
   std::vector<FeatureCandidate> candidates(count);
   for (FeatureCandidate& candidate : candidates) {
     for (std::uint32_t& v : candidate.vertices.v) v = random.below(kVertices);
-    candidate.reach.margin = candidate.reach.distance = distance(random, input);
+    candidate.reach.margin = distance(random, input);
+    candidate.reach.distance = settings.contact_distance(candidate.reach.margin);
   }
   return candidates;
 }
@@ -109,7 +111,7 @@ void expect_the_generic_answer(Input input, const SceneView& settings, Tally& ta
       if (random.chance(0.5)) x = {coordinate(random, input), coordinate(random, input), coordinate(random, input)};
     }
     const std::uint32_t count = round % kCounts;
-    const std::vector<FeatureCandidate> candidates = random_candidates(random, input, count);
+    const std::vector<FeatureCandidate> candidates = random_candidates(random, input, settings, count);
     FeatureTest<kKind, kSwept> test{settings};
     test.scene.x_t0 = kSwept ? x_t0.data() : nullptr;
     test.scene.x_t1 = x_t1.data();

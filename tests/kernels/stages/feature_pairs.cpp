@@ -318,6 +318,23 @@ TEST(ReachOfEdges, is_that_of_their_margins) {
   EXPECT_GT(listed, 100U);
 }
 
+// ContactRule::slab reaches one margin along the normal, and farther only beside the triangle.
+TEST(ReachOfSlabs, is_one_margin_along_the_normal) {
+  constexpr float kMargin = 0.125F;
+  for (const float height : {0.99F * kMargin, 1.01F * kMargin}) {
+    const Vec3f x[] = {{0.5F, 0.5F, height}, {0.0F, 0.0F, 0.0F}, {2.0F, 0.0F, 0.0F}, {0.0F, 2.0F, 0.0F}};
+    // Turned, so that no axis tells the height.
+    std::vector<Vec3f> turned;
+    for (const Vec3f& v : x) turned.push_back({0.6F * v.x + 0.8F * v.z, v.y, 0.6F * v.z - 0.8F * v.x});
+    FeatureTest<ContactKind::vertex_triangle, false> test{};
+    test.scene.x_t1 = turned.data();
+    test.scene.contact_rule = ContactRule::slab;
+    const FeatureCandidate candidate = {{{0, 1, 2, 3}}, 0, 0, test.reach_of(kMargin, 0.0F)};
+    EXPECT_TRUE(test.filter(candidate)) << height;
+    EXPECT_EQ(test.keeps(candidate), height < kMargin) << height;
+  }
+}
+
 template <ContactKind kKind>
 void expect_neighbours_to_stand_for_their_pairs(const SceneView& scene, const HostVolumes& bounds,
                                                 const std::vector<std::uint64_t>& neighbours,

@@ -41,14 +41,14 @@ class BroadPhaseStages {
         settings_(settings) {}
 
   /// Bounds triangles, and empties the bins of entries if entries are laid into bins. Also measures the triangles if
-  /// kMeasuresAtOnce.
+  /// kMeasuresAtOnce, and their slabs if these reject pairs.
   void bound_triangles() {
-    if (!w_.lays_into_bins) return bound_and_measure();
+    if (!w_.lays_into_bins) return bound_all();
     w_.reserve_entries(backend_);
     w_.bin_counts.reserve(backend_, w_.bins().count(), 0);
     w_.bin_begins.reserve(backend_, w_.bins().count(), 0);
     const auto clear = [&] { backend_.for_each("clear_bins", bins(), ClearWord{w_.bin_counts.data()}); };
-    backend_.concurrently([&] { bound_and_measure(); }, clear);
+    backend_.concurrently([&] { bound_all(); }, clear);
   }
   /// Bounds triangles as if the scene's bodies were those of `scene`.
   void bound_triangles(const SceneView& scene) {
@@ -68,9 +68,9 @@ class BroadPhaseStages {
   /// Tests a share of the pairs that meet in cells.
   void test_pairs(Share share) {
     if (scene_.is_swept) {
-      test_share<true>(share, lists_.pairs);
+      test_share(share, pair_test<true>(), lists_.pairs);
     } else {
-      test_share<false>(share, lists_.pairs);
+      test_share(share, pair_test<false>(), lists_.pairs);
     }
   }
 
@@ -87,9 +87,9 @@ class BroadPhaseStages {
   /// Adds the pairs that had to be made unique, and those with the BIG list. All shares must be tested.
   void add_remaining_pairs() {
     if (scene_.is_swept) {
-      add_remaining<true>(lists_.pairs);
+      add_remaining(pair_test<true>(), lists_.pairs);
     } else {
-      add_remaining<false>(lists_.pairs);
+      add_remaining(pair_test<false>(), lists_.pairs);
     }
   }
 
@@ -117,8 +117,8 @@ class BroadPhaseStages {
   /// Keeps all pairs whose volumes overlap, wherever in these the triangles are. Finds this detection's pairs among
   /// them, by the `present` volumes. prepare() must have run.
   void keep_pairs(const Kdop18* present) {
-    test_share<false>({0, 1}, w_.kept().pairs);
-    add_remaining<false>(w_.kept().pairs);
+    test_share({0, 1}, pair_test<false>(w_.volumes.data(), nullptr), w_.kept().pairs);
+    add_remaining(pair_test<false>(w_.volumes.data(), nullptr), w_.kept().pairs);
     test_kept_pairs(present, 0U);
     if constexpr (kMayHavePatches) {
       if (scene_.patch_count > 0) keep_patch_pairs(present);
@@ -160,6 +160,13 @@ class BroadPhaseStages {
   }
 
   void reserve_size_bins() { w_.size_bins.reserve(backend_, MeasurePatch::kHistograms * kSizeBins, 0); }
+
+  void bound_all() {
+    bound_and_measure();
+    if (!scene_.has_certain_slabs()) return;
+    w_.slabs.reserve(backend_, scene_.triangle_count, 0);
+    backend_.for_each("measure_slabs", triangles(), MeasureSlab{scene_, w_.volumes.data(), w_.slabs.data()});
+  }
 
   void bound_and_measure() {
     if constexpr (kMeasuresAtOnce) {
@@ -319,10 +326,10 @@ class BroadPhaseStages {
   }
 
   template <bool kSwept, class Pairs>
-  void test_share(Share share, Pairs& pairs) {
+  void test_share(Share share, const PairTest<kSwept>& test, Pairs& pairs) {
     backend_.begin(Stage::tests);
-    const TestPair<Control, kSwept> test_pair{pair_test<kSwept>(), lists_.entries.template column<0>().data(),
-                                              w_.boxed_entries.data(), w_.partner_begin.data()};
+    const TestPair<Control, kSwept> test_pair{test, lists_.entries.template column<0>().data(), w_.boxed_entries.data(),
+                                              w_.partner_begin.data()};
     produce(
         backend_, counters_,
         [&] {
@@ -352,7 +359,7 @@ class BroadPhaseStages {
   }
 
   template <bool kSwept, class Pairs>
-  void add_remaining(Pairs& pairs) {
+  void add_remaining(const PairTest<kSwept>& test, Pairs& pairs) {
     if (lists_.flagged.capacity() > 0) {
       auto& flagged = lists_.flagged.template column<0>();
       backend_.sort_keys("sort_flagged", lists_.flagged.count(counters_), flagged,
@@ -364,8 +371,8 @@ class BroadPhaseStages {
     const std::uint32_t all = scene_.patch_count > 0 ? scene_.patch_count : scene_.triangle_count;
     const std::uint64_t first = settings_.partition.rank.begin(all);
     const std::uint64_t end = settings_.partition.rank.end(all);
-    const TestAgainstBig<kSwept> test_big{pair_test<kSwept>(), lists_.bigs.template column<0>().data(),
-                                          lists_.bigs.count(counters_), static_cast<std::uint32_t>(first)};
+    const TestAgainstBig<kSwept> test_big{test, lists_.bigs.template column<0>().data(), lists_.bigs.count(counters_),
+                                          static_cast<std::uint32_t>(first)};
     const auto test_against_big = [&] {
       backend_.for_each_append("test_against_big", {&counters_->all, end - first}, test_big, pairs.appender(counters_),
                                lists_.patch_pairs.appender(counters_));
@@ -395,9 +402,9 @@ class BroadPhaseStages {
 
   template <bool kSwept>
   void keep_patch_pairs(const Kdop18* present) {
-    const KeepPatchPair<kSwept> keep{
-        {pair_test<false>(), patch_bounds<false>().data(), lists_.patch_pairs.template column<0>().data()},
-        pair_test<kSwept>(present)};
+    const KeepPatchPair<kSwept> keep{{pair_test<false>(w_.volumes.data(), nullptr), patch_bounds<false>().data(),
+                                      lists_.patch_pairs.template column<0>().data()},
+                                     pair_test<kSwept>(present)};
     const auto keep_all = [&] {
       backend_.for_each_part_filtered("keep_patch_pairs", lists_.patch_pairs.count(counters_), keep,
                                       w_.kept().pairs.appender(counters_), lists_.pairs.appender(counters_));
@@ -443,7 +450,12 @@ class BroadPhaseStages {
   }
   template <bool kSwept>
   PairTest<kSwept> pair_test(const Kdop18* volumes) {
-    return {scene_, volumes, w_.end_volumes.data(), w_.shapes.data()};
+    return pair_test<kSwept>(volumes, scene_.has_certain_slabs() ? w_.slabs.data() : nullptr);
+  }
+  /// Returns a test that finds all pairs whose volumes overlap if `slabs` is null.
+  template <bool kSwept>
+  PairTest<kSwept> pair_test(const Kdop18* volumes, const SlabReach* slabs) {
+    return {scene_, volumes, w_.end_volumes.data(), w_.shapes.data(), slabs};
   }
 
   Count bins() const { return {&counters_->all, w_.bins().count()}; }

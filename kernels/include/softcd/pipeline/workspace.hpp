@@ -60,6 +60,7 @@ struct Workspace {
   Buffer<Kdop18> volumes;
   Buffer<EndVolumes> end_volumes;
   Buffer<TriangleShape> shapes;
+  Buffer<SlabReach> slabs;  ///< where contacts are those of ContactRule::slab
   // Bytes per vertex, triangle and edge; see SpreadParts:
   Buffer<std::uint8_t> spread_vertices, spread_triangles, spread_edges;
   // Per patch:

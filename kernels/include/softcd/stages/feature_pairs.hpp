@@ -82,15 +82,19 @@ struct FeatureTest {
   SOFTCD_HD bool keeps(const FeatureCandidate& candidate) const {
     const PointMotion<4> points = load(candidate.vertices);
     const float margin = candidate.reach.distance;
+    float height = margin;
     if constexpr (!kSwept && kKind == ContactKind::vertex_triangle) {
-      if (scene.has_certain_slabs() && certainly_beside_slab(candidate)) return false;
+      if (scene.has_certain_slabs()) {
+        if (certainly_beside_slab(candidate)) return false;
+        height = candidate.reach.margin;
+      }
     }
     if constexpr (kSwept) {
       const bool is_out = scene.is_conservative ? certainly_apart_throughout<kKind>(points.t0, points.t1, margin)
                                                 : certainly_apart_when_coplanar<kKind>(points.t0, points.t1, margin);
       if (is_out) return false;
     } else {
-      if (certainly_apart<kKind>(points.t1, margin)) return false;
+      if (certainly_apart<kKind>(points.t1, height)) return false;
     }
     return !certainly_apart_in_a_direction<kKind, kSwept>(points, margin);
   }

@@ -73,6 +73,9 @@ struct KeepVolume {
 template <bool kMayShareVertex, bool kSwept>
 SOFTCD_HD bool may_touch_outside_cells(const PairTest<kSwept>& test, std::uint32_t t, std::uint32_t u) {
   if (!overlap(test.volumes[t], test.volumes[u])) return false;
+  if constexpr (!kMayShareVertex && !kSwept) {
+    if (!test.meet_within_volumes(t, u)) return false;
+  }
   const Entry a = test.entry_of(t);
   const Entry b = test.entry_of(u);
   if (!test.classes_may_touch(test.touchable_classes(a), b) || !test.own_features(a, b)) return false;

@@ -12,6 +12,7 @@
 #include "softcd/stages/bounding_volumes.hpp"
 #include "softcd/stages/cell_ranges.hpp"
 #include "softcd/stages/shared_vertex_test.hpp"
+#include "softcd/stages/slab_reach.hpp"
 
 namespace softcd {
 
@@ -84,6 +85,8 @@ struct PairTest {
   const Kdop18* volumes;
   const EndVolumes* end_volumes;  ///< null unless swept
   const TriangleShape* shapes;
+  /// Null unless pairs that certainly_beyond_slabs() are left out.
+  const SlabReach* slabs = nullptr;
 
   /// Whether one owns a vertex or an edge that could touch the other.
   static SOFTCD_HD constexpr bool own_features(Entry a, Entry b) {
@@ -122,13 +125,19 @@ struct PairTest {
 
   /// Decides the same for triangles of bodies that may touch, which share no vertex.
   SOFTCD_HD bool may_meet(std::uint32_t a, std::uint32_t b) const {
-    return volumes_meet(a, b) && meet_on_their_way(a, b);
+    return volumes_meet(a, b) && meet_within_volumes(a, b);
+  }
+
+  /// Decides the same for such triangles that meet by volumes_meet().
+  SOFTCD_HD bool meet_within_volumes(std::uint32_t a, std::uint32_t b) const {
+    if constexpr (kSwept) return !move_past(end_volumes[a], end_volumes[b]) || meet_in_a_slab(a, b);
+    return slabs == nullptr || !are_beyond_slabs(a, b);
   }
 
   /// Decides the same for triangles that meet by volumes_meet(), of bodies that may touch.
   SOFTCD_HD bool meeting_triangles_may_touch(std::uint32_t a, std::uint32_t b) const {
     if (scene.self_collision && share_vertex(scene.triangles[a], scene.triangles[b])) return neighbours_may_touch(a, b);
-    return meet_on_their_way(a, b);
+    return meet_within_volumes(a, b);
   }
 
   /// Whether triangles of which one moves past the other meet in a time slab.
@@ -147,9 +156,9 @@ struct PairTest {
     }
   }
 
-  SOFTCD_HD bool meet_on_their_way(std::uint32_t a, std::uint32_t b) const {
-    if constexpr (kSwept) return !move_past(end_volumes[a], end_volumes[b]) || meet_in_a_slab(a, b);
-    return true;
+  SOFTCD_HD bool are_beyond_slabs(std::uint32_t a, std::uint32_t b) const {
+    const float growth = outward_down(shapes[a].growth + shapes[b].growth);
+    return certainly_beyond_slabs(volumes[a], volumes[b], growth, slabs[a], slabs[b]);
   }
 
   SOFTCD_HD bool neighbours_may_touch(std::uint32_t a, std::uint32_t b) const {

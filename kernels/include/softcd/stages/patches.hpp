@@ -326,7 +326,7 @@ struct PatchWork {
   SOFTCD_HD std::uint32_t part_count() const { return has_two_patches ? kPatchSize * kPatchSize : kPatchSize; }
 };
 
-/// Two triangles whose volumes meet. If they share no vertex, they also meet on their paths, see move_past().
+/// Two triangles whose volumes meet. If they share no vertex, swept ones also meet on their paths, see move_past().
 struct MeetingTriangles {
   std::uint32_t a, b;
   bool may_share_vertex;
@@ -364,7 +364,8 @@ struct ExpandPatchPair {
     if (may_touch(candidate)) pairs.push(pair_key(candidate.a, candidate.b));
   }
   SOFTCD_HD bool may_touch(const Candidate& candidate) const {
-    return !candidate.may_share_vertex || pair_test.meeting_triangles_may_touch(candidate.a, candidate.b);
+    if (candidate.may_share_vertex) return pair_test.meeting_triangles_may_touch(candidate.a, candidate.b);
+    return kSwept || pair_test.meet_within_volumes(candidate.a, candidate.b);
   }
   SOFTCD_HD bool may_share_vertex(const Item& work) const {
     return pair_test.scene.self_collision && !work.leaves_neighbours;
