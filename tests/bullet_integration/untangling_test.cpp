@@ -378,6 +378,73 @@ INSTANTIATE_TEST_SUITE_P(InEveryWorld, UntanglingLater,
                          testing::Combine(kLookingWorlds, testing::Values(Detection::dcd, Detection::ccd)),
                          name_of_later);
 
+class UntanglingLaterMeshes : public testing::TestWithParam<std::tuple<World, Detection>> {
+ protected:
+  void shift_cloth(btScalar distance) { shift(cloth, btVector3(distance, 0, 0)); }
+  void sleep(int steps) {
+    for (int n = 0; n < cloth.m_nodes.size(); ++n) {
+      cloth.m_nodes[n].m_v.setZero();
+      cloth.m_nodes[n].m_splitv.setZero();
+    }
+    cloth.forceActivationState(ISLAND_SLEEPING);
+    for (int i = 0; i < steps; ++i) tangle.step();
+    cloth.forceActivationState(ACTIVE_TAG);
+  }
+  void expect_to_part() {
+    ASSERT_GT(tangle.edges(), 0U);
+    int steps = 0;
+    for (; steps < kMostSteps && tangle.edges() > 0; ++steps) tangle.step();
+    EXPECT_LT(steps, kMostSteps);
+  }
+  void expect_to_stay() {
+    for (int i = 0; i < 40; ++i) {
+      tangle.step();
+      EXPECT_TRUE(tangle.pairs().empty()) << "step " << i;
+    }
+    EXPECT_GT(tangle.edges(), 0U);
+  }
+
+  Tangle tangle{"cloth-in-mesh", std::get<World>(GetParam()),
+                untangling(std::get<Detection>(GetParam()), bullet::Untangle::later)};
+  btSoftBody& cloth = *tangle.simulation().bodies()[0];
+};
+
+TEST_P(UntanglingLaterMeshes, parts_a_body_from_a_mesh_that_it_meets_after_the_first_step) {
+  shift_cloth(5);
+  tangle.simulation().step_once();
+  shift_cloth(-5);
+  expect_to_part();
+}
+
+TEST_P(UntanglingLaterMeshes, parts_a_body_that_has_met_a_mesh_and_slept) {
+  shift_cloth(5);
+  tangle.simulation().step_once();
+  shift_cloth(-5);
+  for (int i = 0; i < 2; ++i) tangle.step();
+  ASSERT_EQ(tangle.pairs().size(), 1U);
+  sleep(5);
+  expect_to_part();
+}
+
+TEST_P(UntanglingLaterMeshes, leaves_a_body_that_has_slept_where_the_app_has_placed_it) {
+  for (int i = 0; i < 5; ++i) tangle.step();
+  sleep(5);
+  expect_to_stay();
+}
+
+TEST_P(UntanglingLaterMeshes, leaves_a_mesh_that_is_added_into_a_body) {
+  btRigidBody& mesh = *tangle.rigid_bodies()[0];
+  btDiscreteDynamicsWorld& world = tangle.simulation().world();
+  world.removeRigidBody(&mesh);
+  for (int i = 0; i < 5; ++i) tangle.step();
+  world.addRigidBody(&mesh);
+  expect_to_stay();
+}
+
+INSTANTIATE_TEST_SUITE_P(InEveryWorld, UntanglingLaterMeshes,
+                         testing::Combine(kLookingWorlds, testing::Values(Detection::dcd, Detection::ccd)),
+                         name_of_later);
+
 int count_contacts(Tangle& tangle) {
   const btAlignedObjectArray<btSoftBody*>& bodies = tangle.simulation().bodies();
   return bodies[0]->m_scontacts.size() + bodies[1]->m_scontacts.size();

@@ -149,6 +149,8 @@ void Untangling::clear() {
   known_in_meshes_.clear();
   seen_.clear();
   near_.clear();
+  in_world_.clear();
+  from_start_.clear();
   step_ = 0;
 }
 
@@ -223,6 +225,32 @@ void Untangling::judge_attempt(Pair& pair, double way) const {
   pair.resumes_at = step_ + (kStepsBetweenSearches << std::min(pair.vain_attempts++, kMostDoublings));
 }
 
+bool Untangling::was_in_world(const BodyKey& body) const {
+  return std::find(in_world_.begin(), in_world_.end(), body) != in_world_.end();
+}
+
+/// Returns whether an intersection of these bodies is as the app has placed them.
+bool Untangling::is_from_start(const NearRigidPart& near) const {
+  const BodyKey soft(*near.soft);
+  const BodyKey object(*near.object);
+  return !was_in_world(soft) || !was_in_world(object) ||
+         std::find(from_start_.begin(), from_start_.end(), std::pair(soft, object)) != from_start_.end();
+}
+
+void Untangling::note_end_of_step(const btCollisionObjectArray& objects) {
+  in_world_.clear();
+  for (const btCollisionObject* object : span_of(objects)) in_world_.emplace_back(*object);
+  std::erase_if(from_start_, [this](const auto& bodies) {
+    return !was_in_world(bodies.first) || !was_in_world(bodies.second) || bodies.first.object->isActive();
+  });
+  for (const Pair& pair : known_in_meshes_) {
+    const Member* const soft = mirror_.find(pair.bodies.a);
+    const NearRigidPart* const part = find_part(pair.bodies.b);
+    if (!pair.is_from_start || soft == nullptr || part == nullptr) continue;
+    from_start_.emplace_back(BodyKey(*soft->body), BodyKey(*part->object));
+  }
+}
+
 bool Untangling::search_in_meshes(Span<const NearRigidPart> near_parts) {
   BT_PROFILE("softcd untangling");
   std::vector<Candidate> candidates;
@@ -232,8 +260,9 @@ bool Untangling::search_in_meshes(Span<const NearRigidPart> near_parts) {
     if (soft.mesh.face_count == 0) continue;
     if (soft.settings.kinematic && each.object->isStaticOrKinematicObject()) continue;
     near_now.emplace_back(soft.id, each.part);
-    const bool is_new = std::find(near_.begin(), near_.end(), near_now.back()) == near_.end();
-    if (is_new || soft.topology_changed || is_search_step()) candidates.push_back({{soft.id, each.part}, is_new});
+    const bool was_near = std::find(near_.begin(), near_.end(), near_now.back()) != near_.end();
+    if (was_near && !soft.topology_changed && !is_search_step()) continue;
+    candidates.push_back({{soft.id, each.part}, !was_near && is_from_start(each)});
   }
   near_ = std::move(near_now);
   return search({candidates.data(), candidates.size()}, known_in_meshes_);
@@ -336,13 +365,13 @@ void Untangling::search(Span<btSoftBody* const> bodies, const PairRule& rule) {
 /// apart.
 bool Untangling::search(Span<const Candidate> candidates, std::vector<Pair>& known) {
   bool has_new = false;
-  for (const auto& [bodies, is_new] : candidates) {
+  for (const auto& [bodies, is_from_start] : candidates) {
     const auto same = std::find_if(known.begin(), known.end(),
                                    [&bodies = bodies](const Pair& pair) { return are_same(pair.bodies, bodies); });
     if (same != known.end() && is_moved(*same)) continue;
     const bool intersects = probe().has_intersections(bodies);
     if (same == known.end() && intersects) {
-      known.push_back({bodies, is_new});
+      known.push_back({bodies, is_from_start});
       has_new = true;
     } else if (same != known.end() && !intersects) {
       known.erase(same);
@@ -500,6 +529,7 @@ void Untangling::note_end(const Pair& pair) const {
 }
 
 void Untangling::move(const btCollisionObjectArray& objects, btScalar time_step) {
+  note_end_of_step(objects);
   if (pairs_.empty()) return;
   BT_PROFILE("softcd untangling");
   NodesOnWaysOut nodes(kind_, mirror_, objects, settings_.read_out == ReadOut::impulses);

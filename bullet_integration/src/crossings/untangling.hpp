@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "bodies/body_key.hpp"
 #include "bodies/guarded.hpp"
 #include "contacts/tangles.hpp"
 #include "crossings/way_out.hpp"
@@ -80,7 +81,7 @@ class Untangling {
 
   struct Candidate {
     ProbeBodies bodies;
-    bool is_new;  ///< whether one of the bodies is
+    bool is_from_start;  ///< whether one of the bodies is new, so that the app has placed them as they are
   };
 
   Probe& probe();
@@ -88,6 +89,9 @@ class Untangling {
   bool is_moved(const Pair& pair) const;
   bool has_filters(const Pair& pair) const;
   bool is_awake(const Pair& pair) const;
+  bool was_in_world(const BodyKey& body) const;
+  bool is_from_start(const NearRigidPart& near) const;
+  void note_end_of_step(const btCollisionObjectArray& objects);
   void judge_attempt(Pair& pair, double way) const;
   void search(Span<btSoftBody* const> bodies, const PairRule& rule);
   bool search(Span<const Candidate> candidates, std::vector<Pair>& known);
@@ -110,10 +114,14 @@ class Untangling {
   const Settings& settings_;
   std::optional<Probe> probe_;
   std::uint64_t step_ = 0;
-  std::vector<Pair> known_;                                 ///< of soft bodies, by ids
-  std::vector<Pair> known_in_meshes_;                       ///< of a soft body and a part of a mesh, by ids
-  std::vector<BodyId> seen_;                                ///< soft bodies of the last step
-  std::vector<std::pair<BodyId, BodyId>> near_;             ///< soft bodies and parts that are searched already
+  std::vector<Pair> known_;                      ///< of soft bodies, by ids
+  std::vector<Pair> known_in_meshes_;            ///< of a soft body and a part of a mesh, by ids
+  std::vector<BodyId> seen_;                     ///< soft bodies of the last step
+  std::vector<std::pair<BodyId, BodyId>> near_;  ///< soft bodies and parts that are searched already
+  std::vector<BodyKey> in_world_;                ///< objects of the world when the last step ended
+  /// Soft bodies and objects with meshes that intersected from the start when the last step ended. The parts of meshes
+  /// near a sleeping body leave the scene, and are new when it wakes.
+  std::vector<std::pair<BodyKey, BodyKey>> from_start_;
   std::unordered_map<std::uint32_t, NearRigidPart> parts_;  ///< of this step, by ids
   std::vector<IntersectingBodies> pairs_;
   TangledNodes nodes_;
