@@ -257,16 +257,16 @@ EdgeContact edge_contact_of(const MemberContact& found) {
           btScalar(contact.time_of_impact)};
 }
 
-bool ClassicContacts::is_turned(const MemberContact& found, Detection detection, bool is_chosen) {
+bool ClassicContacts::is_turned(const MemberContact& found, Detection detection, bool is_chosen, FirstFan& fan) {
   const bool may_turn = is_chosen || found.a.body == found.b.body;
   if (!may_turn || detection != Detection::dcd) return false;
   const int direction = passage(found.node(0), found.face());
   const bool leaves_closed_body = direction == found.b.mesh.outward && &found.a != &found.b;
-  return direction != 0 && !leaves_closed_body && !bullet::is_tangled(found, kClassicEnds);
+  return direction != 0 && !leaves_closed_body && !bullet::is_tangled(found, kClassicEnds, fan);
 }
 
-bool ClassicContacts::is_tangled(const MemberContact& found, Detection detection) {
-  return detection == Detection::dcd && &found.a != &found.b && bullet::is_tangled(found, kClassicEnds);
+bool ClassicContacts::is_tangled(const MemberContact& found, Detection detection, FirstFan& fan) {
+  return detection == Detection::dcd && &found.a != &found.b && bullet::is_tangled(found, kClassicEnds, fan);
 }
 
 std::optional<btSoftBody::SContact> ClassicContacts::contact_of(const MemberContact& found, Detection detection) {

@@ -8,6 +8,7 @@
 
 #include "bodies/world_mirror.hpp"
 #include "contacts/contact_notes.hpp"
+#include "contacts/tangles.hpp"
 #include "softcd/bullet/edge_contact.hpp"
 
 /// Makes contacts for Bullet's own arrays, so that its solvers treat them as their own. Makes none if no node of either
@@ -84,11 +85,12 @@ struct ClassicContacts {
   /// Returns whether the contact has to push the node back through the face: with `dcd`, if the node goes through the
   /// face in this step, to the wrong side. That excludes a node that leaves another body, which is closed. It also
   /// excludes a node with a face tangled with this face when the step begins: then no side is known to be the right
-  /// one. Contacts between bodies are turned only if contacts are chosen among (`is_chosen`).
-  static bool is_turned(const MemberContact& found, Detection detection, bool is_chosen);
+  /// one. Contacts between bodies are turned only if contacts are chosen among (`is_chosen`). Contacts of one pass
+  /// share `fan`.
+  static bool is_turned(const MemberContact& found, Detection detection, bool is_chosen, FirstFan& fan);
   /// Returns whether, with `dcd`, a face at the node is tangled with another body's face when the step begins. See
-  /// tangles.hpp.
-  static bool is_tangled(const MemberContact& found, Detection detection);
+  /// tangles.hpp. Contacts of one pass share `fan`.
+  static bool is_tangled(const MemberContact& found, Detection detection, FirstFan& fan);
   /// Returns the margin_cut with which `one`, at `place` among the contacts that it carries, pushes as all of them
   /// would. It is at most what the node's motion adds to both bodies' margins.
   static btScalar margin_cut(const MemberContact& one, Span<const Entry> carried, std::size_t place);
@@ -109,8 +111,11 @@ struct DeformableContacts {
   /// Makes a vertex-triangle contact of the vertex's body by the formulas of Bullet's CollideVF_DD. Within a body, only
   /// where Bullet's rule (CollideFF_DD) has such contacts.
   static std::optional<Entry> contact_of(const MemberContact& found, Detection detection);
-  static bool is_turned(const MemberContact& /*found*/, Detection /*detection*/, bool /*is_chosen*/) { return false; }
-  static bool is_tangled(const MemberContact& /*found*/, Detection /*detection*/) { return false; }
+  static bool is_turned(const MemberContact& /*found*/, Detection /*detection*/, bool /*is_chosen*/,
+                        FirstFan& /*fan*/) {
+    return false;
+  }
+  static bool is_tangled(const MemberContact& /*found*/, Detection /*detection*/, FirstFan& /*fan*/) { return false; }
   static btScalar margin_cut(const MemberContact& /*one*/, Span<const Entry> /*carried*/, std::size_t /*place*/) {
     return 0;
   }

@@ -126,12 +126,13 @@ class SolverContactsOf final : public SolverContacts {
     std::size_t i = first_of_choice(step, b * kContactsOfBatch);
     const std::size_t end = first_of_choice(step, (b + 1) * kContactsOfBatch);
     const Contact* before = nullptr;
+    FirstFan fan;
     step.mirror.for_each_contact({step.contacts.begin() + i, end - i}, [&](const MemberContact& found) {
       if (before != nullptr && !step.economy.are_of_one_choice(*before, found.contact)) choose(step, batch);
       before = &found.contact;
       if (!step.may_get(i++, found)) return;
       if (found.contact.kind == ContactKind::vertex_triangle) {
-        judge(step, found, batch);
+        judge(step, found, fan, batch);
       } else if (step.economy.keeps(found)) {
         ++batch.given.of_edges;
         const std::size_t first = batch.contacts.size();
@@ -143,12 +144,12 @@ class SolverContactsOf final : public SolverContacts {
   }
 
   /// Gathers the contact for choose(), or adds it if there is no choice.
-  static void judge(const Step& step, const MemberContact& found, Batch& batch) {
+  static void judge(const Step& step, const MemberContact& found, FirstFan& fan, Batch& batch) {
     const std::optional<T> contact = Kind::contact_of(found, step.detection);
     if (!contact) return;
-    const bool is_turned = Kind::is_turned(found, step.detection, step.economy.chooses());
+    const bool is_turned = Kind::is_turned(found, step.detection, step.economy.chooses(), fan);
     if (step.economy.chooses()) {
-      batch.of_node.push_back(node_contact(found, is_turned, Kind::is_tangled(found, step.detection)));
+      batch.of_node.push_back(node_contact(found, is_turned, Kind::is_tangled(found, step.detection, fan)));
       batch.made.push_back(*contact);
     } else {
       add(step, found, {/*count=*/1, /*margin_cut=*/0, is_turned}, *contact, batch);

@@ -95,9 +95,9 @@ SOFTCD_HD inline ClosestOnTriangles closest_points_of_triangles(const Vec3f (&a)
   const Vec3d b_wide[3] = {vec3_cast<double>(b[0]), vec3_cast<double>(b[1]), vec3_cast<double>(b[2])};
   ClosestOnTriangles result = detail::NearestOfFeatures(a_wide, b_wide).best();
   const CornerSides sides_of_a(a, 0, b);
-  if (sides_of_a.are_on_one()) return result;
+  if (sides_of_a.are_on_one) return result;
   const CornerSides sides_of_b(b, 0, a);
-  if (sides_of_b.are_on_one()) return result;
+  if (sides_of_b.are_on_one) return result;
   const int side_of_a = first_side_through(a, 0, sides_of_a, b);
   const int side_of_b = side_of_a < 3 ? 3 : first_side_through(b, 0, sides_of_b, a);
   if (side_of_a == 3 && side_of_b == 3) return result;

@@ -94,16 +94,22 @@ SOFTCD_HD inline SharedCorners shared_corners(const Triangle& a, const Triangle&
 /// The sides of t's plane on which the corners of x lie; 0 for corners that t shares.
 struct CornerSides {
   int side[3];
+  bool are_on_one;  ///< the corners that t does not share are all on one side of the plane, and none is in it
 
   template <class T>
   SOFTCD_HD CornerSides(const Vec3<T> (&x)[3], std::uint32_t shared, const Vec3<T> (&t)[3]) {
-    for (int i = 0; i < 3; ++i) side[i] = ((shared >> i) & 1U) != 0U ? 0 : orientation(t[0], t[1], t[2], x[i]);
+    bool are_above = true;
+    bool are_below = true;
+    for (int i = 0; i < 3; ++i) {
+      const bool is_shared = ((shared >> i) & 1U) != 0U;
+      side[i] = is_shared ? 0 : orientation(t[0], t[1], t[2], x[i]);
+      are_above &= is_shared || side[i] > 0;
+      are_below &= is_shared || side[i] < 0;
+    }
+    are_on_one = are_above || are_below;
   }
   /// Returns whether the side from corner i to the next one has a point outside of the plane.
   SOFTCD_HD bool crosses(int i) const { return side[i] != 0 || side[i == 2 ? 0 : i + 1] != 0; }
-  SOFTCD_HD bool are_on_one() const {
-    return (side[0] > 0 && side[1] > 0 && side[2] > 0) || (side[0] < 0 && side[1] < 0 && side[2] < 0);
-  }
 };
 
 /// Returns the first side of x, from a corner to the next, that meets the triangle t and has no shared corner; 3 where
@@ -126,9 +132,9 @@ SOFTCD_HD inline int first_side_through(const Vec3<T> (&x)[3], std::uint32_t sha
 template <class T>
 SOFTCD_HD inline bool do_intersect(const Vec3<T> (&a)[3], const Vec3<T> (&b)[3], const SharedCorners& shared = {}) {
   const CornerSides sides_of_a(a, shared.of_a, b);
-  if (sides_of_a.are_on_one()) return false;
+  if (sides_of_a.are_on_one) return false;
   const CornerSides sides_of_b(b, shared.of_b, a);
-  if (sides_of_b.are_on_one()) return false;
+  if (sides_of_b.are_on_one) return false;
   return first_side_through(a, shared.of_a, sides_of_a, b) < 3 || first_side_through(b, shared.of_b, sides_of_b, a) < 3;
 }
 
