@@ -230,9 +230,9 @@ bool Untangling::was_in_world(const BodyKey& body) const {
 }
 
 /// Returns whether an intersection of these bodies is as the app has placed them.
-bool Untangling::is_from_start(const NearRigidPart& near) const {
-  const BodyKey soft(*near.soft);
-  const BodyKey object(*near.object);
+bool Untangling::is_from_start(const NearRigidPart& part) const {
+  const BodyKey soft(*part.soft);
+  const BodyKey object(*part.object);
   return !was_in_world(soft) || !was_in_world(object) ||
          std::find(from_start_.begin(), from_start_.end(), std::pair(soft, object)) != from_start_.end();
 }

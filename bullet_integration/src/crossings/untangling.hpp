@@ -90,7 +90,7 @@ class Untangling {
   bool has_filters(const Pair& pair) const;
   bool is_awake(const Pair& pair) const;
   bool was_in_world(const BodyKey& body) const;
-  bool is_from_start(const NearRigidPart& near) const;
+  bool is_from_start(const NearRigidPart& part) const;
   void note_end_of_step(const btCollisionObjectArray& objects);
   void judge_attempt(Pair& pair, double way) const;
   void search(Span<btSoftBody* const> bodies, const PairRule& rule);
