@@ -94,7 +94,8 @@ SOFTCD_HD inline SharedCorners shared_corners(const Triangle& a, const Triangle&
 /// The sides of t's plane on which the corners of x lie; 0 for corners that t shares.
 struct CornerSides {
   int side[3];
-  bool are_on_one;  ///< the corners that t does not share are all on one side of the plane, and none is in it
+  bool
+      are_on_one;  ///< t does not share all corners, and those that it does not lie on one side of the plane, not in it
 
   template <class T>
   SOFTCD_HD CornerSides(const Vec3<T> (&x)[3], std::uint32_t shared, const Vec3<T> (&t)[3]) {
@@ -106,7 +107,7 @@ struct CornerSides {
       are_above &= is_shared || side[i] > 0;
       are_below &= is_shared || side[i] < 0;
     }
-    are_on_one = are_above || are_below;
+    are_on_one = are_above != are_below;
   }
   /// Returns whether the side from corner i to the next one has a point outside of the plane.
   SOFTCD_HD bool crosses(int i) const { return side[i] != 0 || side[i == 2 ? 0 : i + 1] != 0; }
