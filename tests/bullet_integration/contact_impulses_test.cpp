@@ -96,6 +96,51 @@ TEST_P(ContactImpulses, and_gravity_are_all_that_changes_the_momentum_of_free_bo
   }
 }
 
+// A sheet on a free box, and one thrown at it: what the nodes give the box counts as their contacts with it.
+TEST(ContactImpulses, of_a_box_that_backs_nodes_are_what_all_get) {
+  for (const World world : {World::deformable, World::attached_deformable}) {
+    AnySimulation simulation(world, reading_impulses());
+    simulation.set_gravity(btVector3(0, 0, 0));
+    const btScalar half = btScalar(0.15);
+    const btRigidBody& box =
+        simulation.add_rigid(std::make_unique<btBoxShape>(btVector3(half, half, half)), btVector3(0, -half, 0), 2);
+    btSoftBody* sheets[2];
+    for (int i = 0; i < 2; ++i) {
+      SheetOptions options;
+      options.nodes_per_side = 9;
+      options.margin = btScalar(0.02);
+      options.height = btScalar(0.01) + btScalar(0.04) * btScalar(i);
+      sheets[i] = &simulation.add(make_sheet(simulation.world_info(), options));
+    }
+    sheets[1]->translate(btVector3(btScalar(0.03), 0, btScalar(0.02)));
+    sheets[1]->setVelocity(btVector3(0, -3, 0));
+    const btCollisionObject* const objects[3] = {&box, sheets[0], sheets[1]};
+    const auto momenta = [&] {
+      return std::array<btVector3, 3>{box.getLinearVelocity() / box.getInvMass(),
+                                      momentum(*sheets[0], &btSoftBody::Node::m_v),
+                                      momentum(*sheets[1], &btSoftBody::Node::m_v)};
+    };
+    btScalar greatest = 0, greatest_soft = 0;
+    for (int step = 0; step < 20; ++step) {
+      const std::array<btVector3, 3> before = momenta();
+      simulation.step(simulation.step_length() / 4);
+      const std::array<btVector3, 3> after = momenta();
+      for (std::size_t i = 0; i < 3; ++i) {
+        const btVector3 given = given_to(*objects[i], simulation.detection().body_contacts());
+        EXPECT_NEAR((after[i] - before[i]).distance(given), 0, 3e-5) << "object " << i << " in step " << step;
+        if (i == 0) greatest = btMax(greatest, given.length());
+      }
+      for (const BodyPairContacts& pair : simulation.detection().body_contacts()) {
+        if (pair.b != sheets[0] && pair.b != sheets[1]) continue;  // Bullet's solver treats both sides of others unlike
+        EXPECT_NEAR((pair.impulse_a + pair.impulse_b).length(), 0, 1e-5) << "in step " << step;
+        greatest_soft = btMax(greatest_soft, pair.impulse_a.length());
+      }
+    }
+    EXPECT_GT(greatest, 0.1) << "the box was hit";
+    EXPECT_GT(greatest_soft, 0.1) << "the sheets have met";
+  }
+}
+
 TEST_P(ContactImpulses, are_what_a_rigid_body_gets) {
   AnySimulation simulation(GetParam(), reading_impulses());
   SheetOptions options;

@@ -1,6 +1,9 @@
 #include "contacts/soft_response.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <utility>
 
 #include "native/arrays.hpp"
 
@@ -27,6 +30,14 @@ bool passes_in_contact(Span<btSoftBody* const> bodies, btScalar time_step) {
     return body->isActive() && std::any_of(contacts.begin(), contacts.end(),
                                            [&](const auto& contact) { return passes(contact, time_step); });
   });
+}
+
+void append_shuffled(int count, std::minstd_rand& random, std::vector<int>& order) {
+  const auto first = static_cast<std::ptrdiff_t>(order.size());
+  order.resize(order.size() + static_cast<std::size_t>(count));
+  const Span<int> places(order.data() + first, static_cast<std::size_t>(count));
+  std::iota(places.begin(), places.end(), 0);
+  for (int& place : places) std::swap(place, places[random() % places.size()]);
 }
 
 }  // namespace softcd::bullet

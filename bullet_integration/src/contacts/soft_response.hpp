@@ -1,5 +1,8 @@
 #pragma once
 
+#include <random>
+#include <vector>
+
 #include "BulletSoftBody/btSoftBody.h"
 #include "softcd/core/span.hpp"
 
@@ -8,6 +11,9 @@ namespace softcd::bullet {
 /// Returns whether a contact's node would pass through its face in this step, with the velocities of now. Looks at the
 /// contacts of active bodies in the deformable world.
 bool passes_in_contact(Span<btSoftBody* const> bodies, btScalar time_step);
+
+/// Appends 0 to count - 1, shuffled as Bullet does: in the order of detection pushes would add up in one direction.
+void append_shuffled(int count, std::minstd_rand& random, std::vector<int>& order);
 
 /// Responds to contacts between soft bodies as Bullet's deformable world does. Calls respond(with_springs) once with
 /// springs, then without, as long as a node would pass through a face. Bullet tests all nodes and faces for that, but

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -145,15 +144,6 @@ btAlignedObjectArray<btVector3> damping_impulses(btDeformableBodySolver& solver,
   return impulses;
 }
 
-/// Appends 0 to count - 1, shuffled as Bullet does.
-void append_shuffled(int count, std::minstd_rand& random, std::vector<int>& order) {
-  const auto first = static_cast<std::ptrdiff_t>(order.size());
-  order.resize(order.size() + static_cast<std::size_t>(count));
-  const Span<int> places(order.data() + first, static_cast<std::size_t>(count));
-  std::iota(places.begin(), places.end(), 0);
-  for (int& place : places) std::swap(place, places[random() % places.size()]);
-}
-
 }  // namespace
 
 void DeformableImpulses::keep_velocities(Span<btSoftBody* const> bodies) {
@@ -220,7 +210,8 @@ void DeformableImpulses::prepare(Span<btSoftBody* const> bodies, btScalar time_s
   }
 }
 
-void DeformableImpulses::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step) {
+void DeformableImpulses::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step,
+                                         const BackedNodes& backed) {
   respond_to_soft_contacts(bodies, time_step, [&](bool with_springs) {
     auto next = order_.begin();
     for (btSoftBody* body : bodies) {
@@ -229,12 +220,24 @@ void DeformableImpulses::apply_repulsion(Span<btSoftBody* const> bodies, btScala
       for (std::size_t answered = 0; answered < impulses.size(); ++answered) {
         const int i = *next++;
         with_single_entry(body->m_faceNodeContacts, i, [&](const btSoftBody::DeformableFaceNodeContact& contact) {
-          impulses[static_cast<std::size_t>(i)] += measured_impulse(
-              contact, &btSoftBody::Node::m_v, 1, [&] { body->applyRepulsionForce(time_step, with_springs); });
+          ContactImpulses::Impulse& impulse = impulses[static_cast<std::size_t>(i)];
+          impulse += measured_impulse(contact, &Node::m_v, 1, [&] {
+            backed.respond(*body, time_step, with_springs,
+                           [&](const ContactSource& source, const Node& node, const btVector3& given) {
+                             (&node == contact.m_node ? impulse.on_owner : impulse.on_other) -= given;
+                             add_rigid(source, given);
+                           });
+          });
         });
       }
     }
   });
+}
+
+void DeformableImpulses::add_rigid(const ContactSource& source, const btVector3& on_node) {
+  Impulses* const impulses = impulses_.find(*source.owner, source.array);
+  if (impulses == nullptr) return;
+  (*impulses)[static_cast<std::size_t>(source.first)] += {on_node, -on_node};
 }
 
 }  // namespace softcd::bullet

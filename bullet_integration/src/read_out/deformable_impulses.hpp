@@ -3,6 +3,7 @@
 #include <random>
 #include <unordered_map>
 
+#include "contacts/backed_nodes.hpp"
 #include "read_out/contact_read_out.hpp"
 
 class btDeformableBodySolver;
@@ -26,11 +27,12 @@ class DeformableImpulses {
   /// Does the same, and prepares apply_repulsion().
   void prepare(Span<btSoftBody* const> bodies, btScalar time_step);
   /// Responds to contacts between soft bodies, one at a time. Throws nothing.
-  void apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
+  void apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step, const BackedNodes& backed);
 
   const ContactImpulses& impulses() const { return impulses_; }
 
  private:
+  void add_rigid(const ContactSource& source, const btVector3& on_node);
   void add_reactions(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies, btScalar time_step);
 
   ContactImpulses impulses_;

@@ -8,18 +8,6 @@
 /// after then give each entry's impulse.
 namespace softcd::bullet {
 
-/// Calls visit(entry) while the i-th entry is the array's first and only one.
-template <class Entry, class Visit>
-void with_single_entry(btAlignedObjectArray<Entry>& array, int i, Visit visit) {
-  const int count = array.size();
-  Entry* const entries = &array[0];
-  if (i > 0) btSwap(entries[0], entries[i]);
-  array.resizeNoInitialize(1);
-  visit(entries[0]);
-  array.resizeNoInitialize(count);
-  if (i > 0) btSwap(entries[0], entries[i]);
-}
-
 /// Returns the impulses of solve() on an entry's node and face, from the changes of the member `moved`. Mass times that
 /// change times `unit` is momentum. Nodes without mass get no impulse.
 template <class SoftEntry, class Solve>

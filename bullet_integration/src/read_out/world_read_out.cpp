@@ -40,9 +40,9 @@ void WorldReadOut::keep_velocities(Span<btSoftBody* const> bodies) {
   run_for_impulses([&] { deformable_impulses_.keep_velocities(bodies); });
 }
 
-bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step) {
+bool WorldReadOut::apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step, const BackedNodes& backed) {
   if (!run_for_impulses([&] { deformable_impulses_.prepare(bodies, time_step); })) return false;
-  deformable_impulses_.apply_repulsion(bodies, time_step);
+  deformable_impulses_.apply_repulsion(bodies, time_step, backed);
   run([&] { contacts_.set_impulses(deformable_impulses_.impulses()); });
   return true;
 }

@@ -42,7 +42,7 @@ class WorldReadOut {
   /// Deformable world: call it right before Bullet's solver.
   void keep_velocities(Span<btSoftBody* const> bodies);
   /// Deformable world: responds to contacts between soft bodies. If it returns false, it has done nothing.
-  bool apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step);
+  bool apply_repulsion(Span<btSoftBody* const> bodies, btScalar time_step, const BackedNodes& backed);
 
   /// Deformable world, whose solver has run: gives bodies that it has put to sleep the contacts of the step before.
   void keep_contacts_of_new_sleepers(Span<btSoftBody* const> bodies, btBroadphaseInterface& broadphase);

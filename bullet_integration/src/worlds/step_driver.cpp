@@ -58,10 +58,11 @@ void DeformableStep::find_soft_contacts() const {
 }
 
 void DeformableStep::respond(btScalar time_step) const {
-  if (queries.read_out.apply_repulsion(bodies(), time_step)) return;
+  const BackedNodes backed(bodies());
+  if (queries.read_out.apply_repulsion(bodies(), time_step, backed)) return;
   respond_to_soft_contacts(bodies(), time_step, [&](bool with_springs) {
     for (btSoftBody* body : bodies()) {
-      if (body->isActive()) body->applyRepulsionForce(time_step, with_springs);
+      if (body->isActive()) backed.respond(*body, time_step, with_springs);
     }
   });
 }
