@@ -356,8 +356,9 @@ std::optional<btSoftBody::DeformableFaceNodeContact> DeformableContacts::contact
 }
 
 void DeformableContacts::carry(const MemberContact& found, const ContactShare& share, Entry& entry) {
-  const btScalar depth = btMax(btScalar(0), entry.m_margin - btScalar(found.contact.distance));
-  entry.m_margin += btScalar(share.count - 1) * depth;
+  const btScalar distance = btScalar(found.contact.distance);
+  const btScalar depth = btMax(btScalar(0), entry.m_margin - distance);
+  entry.m_margin += btMin(btScalar(share.count - 1) * depth, distance);
 }
 
 void DeformableContacts::add_edges(const MemberContact& found, const AnchoredNodes& anchored,

@@ -119,7 +119,9 @@ struct DeformableContacts {
   static btScalar margin_cut(const MemberContact& /*one*/, Span<const Entry> /*carried*/, std::size_t /*place*/) {
     return 0;
   }
-  /// Enlarges the margin, so that Bullet's spring pushes as hard as the springs of all contacts that it carries.
+  /// Enlarges the margin, so that Bullet's spring pushes as hard as the springs of all contacts that it carries, but no
+  /// harder than that of one contact whose features touch. Bullet stops springs at a speed proportional to the depth.
+  /// So an enlarged depth also enlarges that speed, and deep contacts would throw bodies apart.
   static void carry(const MemberContact& found, const ContactShare& share, Entry& entry);
   /// Adds two contacts for an edge-edge contact, as above. Leaves out those with an anchored node: their push
   /// would have no opposite.
