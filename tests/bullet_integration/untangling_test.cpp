@@ -467,6 +467,23 @@ TEST(UntanglingLaterContacts, stay_with_the_nodes_on_their_own_side) {
   EXPECT_GT(count_contacts(later), 0);
 }
 
+/// In the steps until the next search of all bodies, more would cross.
+TEST(UntanglingSearch, begins_in_the_step_after_contacts_are_tangled) {
+  bullet::Settings settings = untangling(Detection::dcd, bullet::Untangle::later);
+  settings.contacts = bullet::Contacts::automatic;
+  Tangle tangle("two-balls", World::one_line, settings);
+  btSoftBody& ball = *tangle.simulation().bodies()[1];
+  shift(ball, btVector3(5, 0, 0));
+  for (int i = 0; i < 5; ++i) tangle.simulation().step_once();
+  shift(ball, btVector3(-5, 0, 0));
+  tangle.simulation().step_once();
+  ASSERT_TRUE(tangle.pairs().empty()) << "not a step in which all bodies are searched";
+  ASSERT_GT(tangle.edges(), 0U);
+  tangle.simulation().step_once();
+  ASSERT_EQ(tangle.pairs().size(), 1U);
+  EXPECT_EQ(tangle.pairs()[0].steps, 1U);
+}
+
 /// Two crossed cloths of which only one node each can move.
 TEST(UntanglingAttempts, become_rare_where_nothing_gives_way) {
   Tangle tangle("crossed-cloths", World::one_line, untangling(Detection::dcd));

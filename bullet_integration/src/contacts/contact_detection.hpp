@@ -28,6 +28,8 @@ class ContactDetection {
   const std::vector<EdgeContact>& edge_contacts() const { return edge_contacts_; }
   /// Returns notes on the contacts that the last finish() wrote, if Settings::read_out is on.
   const ContactNotes& notes() const { return notes_; }
+  /// Returns the pairs of bodies with tangled contacts in the last finish(), some more than once.
+  std::vector<ProbeBodies> tangled_bodies() const { return solver_contacts_->tangled_bodies(); }
 
   /// Brings the bodies that have the world's flag up to date in the mirror.
   void read(Span<btSoftBody* const> bodies);

@@ -40,6 +40,8 @@ class SolverContacts {
   virtual ContactCounts given() const = 0;
   /// Returns how many contacts have a note.
   virtual std::size_t note_count() const = 0;
+  /// Returns the pairs of bodies with contacts that the economy has judged as tangled, some more than once.
+  virtual std::vector<ProbeBodies> tangled_bodies() const = 0;
   /// Appends the contacts to Bullet's arrays, and adds the notes, for which `notes` must have capacity.
   virtual void write(ContactNotes& notes) noexcept = 0;
 };
@@ -52,6 +54,7 @@ class SolverContactsOf final : public SolverContacts {
   /// Consecutive contacts of a query, as contacts of the solver.
   struct Batch : SolverContactBatch<T> {
     ContactCounts given;
+    std::vector<ProbeBodies> tangled;
     // One node's contacts with one body, as they are gathered:
     std::vector<NodeContact> of_node;
     std::vector<T> made;  ///< of of_node
@@ -61,6 +64,7 @@ class SolverContactsOf final : public SolverContacts {
     void reset() {
       this->clear();
       given = {};
+      tangled.clear();
       of_node.clear();
       made.clear();
     }
@@ -86,6 +90,14 @@ class SolverContactsOf final : public SolverContacts {
     std::size_t count = 0;
     for (std::size_t b = 0; b < count_; ++b) count += batches_[b].notes.size();
     return count;
+  }
+
+  std::vector<ProbeBodies> tangled_bodies() const override {
+    std::vector<ProbeBodies> pairs;
+    for (std::size_t b = 0; b < count_; ++b) {
+      pairs.insert(pairs.end(), batches_[b].tangled.begin(), batches_[b].tangled.end());
+    }
+    return pairs;
   }
 
   void write(ContactNotes& notes) noexcept override {
@@ -149,7 +161,9 @@ class SolverContactsOf final : public SolverContacts {
     if (!contact) return;
     const bool is_turned = Kind::is_turned(found, step.detection, step.economy.chooses(), fan);
     if (step.economy.chooses()) {
-      batch.of_node.push_back(node_contact(found, is_turned, Kind::is_tangled(found, step.detection, fan)));
+      const bool is_tangled = Kind::is_tangled(found, step.detection, fan);
+      if (is_tangled) batch.tangled.push_back({found.a.id, found.b.id});
+      batch.of_node.push_back(node_contact(found, is_turned, is_tangled));
       batch.made.push_back(*contact);
     } else {
       add(step, found, {/*count=*/1, /*margin_cut=*/0, is_turned}, *contact, batch);

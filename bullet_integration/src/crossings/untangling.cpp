@@ -69,6 +69,10 @@ class RegionChoice {
   std::vector<bool> has_way_;
 };
 
+ProbeBodies by_ids(BodyId a, BodyId b) {
+  return a.value < b.value ? ProbeBodies{a, b} : ProbeBodies{b, a};
+}
+
 bool are_same(const ProbeBodies& a, const ProbeBodies& b) {
   return a.a == b.a && a.b == b.b;
 }
@@ -159,7 +163,7 @@ bool Untangling::moves(const btSoftBody& body) const {
                      [&body](const IntersectingBodies& pair) { return pair.a == &body || pair.b == &body; });
 }
 
-void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule) {
+void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule, Span<const ProbeBodies> tangled) {
   BT_PROFILE("softcd untangling");
   std::vector<btSoftBody*> present;
   bool has_news = false;
@@ -168,7 +172,7 @@ void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule) {
     present.push_back(body);
     has_news |= mirror_.member(*body).topology_changed;
   }
-  if (is_search_step() || has_news) search({present.data(), present.size()}, rule);
+  is_search_step() || has_news ? search({present.data(), present.size()}, rule) : search(tangled);
   seen_.clear();
   for (const btSoftBody* body : present) seen_.push_back(mirror_.member(*body).id);
   std::vector<Pair> known;
@@ -348,7 +352,7 @@ void Untangling::search(Span<btSoftBody* const> bodies, const PairRule& rule) {
       const Member& b = mirror_.member(*bodies[j]);
       if (a.settings.kinematic && b.settings.kinematic) continue;
       if (boxes[i].overlaps(boxes[j]) && rule(*a.body, *b.body)) {
-        candidates.push_back({{a.id, b.id}, is_new(a) || is_new(b)});
+        candidates.push_back({by_ids(a.id, b.id), is_new(a) || is_new(b)});
       }
     }
   }
@@ -357,6 +361,24 @@ void Untangling::search(Span<btSoftBody* const> bodies, const PairRule& rule) {
            std::none_of(candidates.begin(), candidates.end(),
                         [&pair](const Candidate& candidate) { return are_same(candidate.bodies, pair.bodies); });
   });
+  search({candidates.data(), candidates.size()}, known_);
+}
+
+/// Searches for the pairs that are not known yet. Both bodies were in the world a step ago.
+void Untangling::search(Span<const ProbeBodies> tangled) {
+  std::vector<Candidate> candidates;
+  const auto is_read = [this](BodyId id) {
+    const Member* const member = mirror_.find(id);
+    return member != nullptr && mirror_.has(*member->body);
+  };
+  const auto has = [](const auto& pairs, const ProbeBodies& bodies) {
+    return std::any_of(pairs.begin(), pairs.end(), [&](const auto& pair) { return are_same(pair.bodies, bodies); });
+  };
+  for (const ProbeBodies& pair : tangled) {
+    const ProbeBodies bodies = by_ids(pair.a, pair.b);
+    if (has(known_, bodies) || has(candidates, bodies) || !is_read(pair.a) || !is_read(pair.b)) continue;
+    candidates.push_back({bodies, /*is_from_start=*/false});
+  }
   search({candidates.data(), candidates.size()}, known_);
 }
 

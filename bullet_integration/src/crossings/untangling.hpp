@@ -19,7 +19,8 @@ namespace softcd::bullet {
 /// Probe::intersection_regions(). Contacts and prevention of crossings then release the nodes at them, because these
 /// would keep the nodes where they are. At the end, move() moves the nodes. All pairs of bodies are searched when a
 /// body is new or has other faces, and in one step of kStepsBetweenSearches. In between only pairs are searched that
-/// intersect, or did so within kStepsOfAttempt: what comes apart at a blow may at once meet again. A pair whose way
+/// had tangled contacts in the step before, that intersect, or did so within kStepsOfAttempt: what comes apart at a
+/// blow may at once meet again. A pair whose way
 /// out becomes no shorter is left alone for a while, which doubles each time. So what cannot come apart, such as a
 /// crumpled heap, takes little time and may fall asleep. Owned by WorldQueries.
 class Untangling {
@@ -44,8 +45,8 @@ class Untangling {
   /// Forgets the regions of the last step.
   void begin_step();
   /// Finds the regions of the bodies that are in the mirror, at the step's start. Pairs are those of the rule, and
-  /// bodies that collide with themselves.
-  void find(Span<btSoftBody* const> bodies, const PairRule& rule);
+  /// bodies that collide with themselves. `tangled` are pairs that the contacts of the last step have seen intersect.
+  void find(Span<btSoftBody* const> bodies, const PairRule& rule, Span<const ProbeBodies> tangled);
   /// Searches for pairs that intersect. Returns whether it has found new ones, whose meshes must be read wholly.
   bool search_in_meshes(Span<const NearRigidPart> near_parts);
   /// Finds the regions of these pairs. Their meshes are read wholly, because only a whole mesh can be closed.
@@ -94,6 +95,7 @@ class Untangling {
   void note_end_of_step(const btCollisionObjectArray& objects);
   void judge_attempt(Pair& pair, double way) const;
   void search(Span<btSoftBody* const> bodies, const PairRule& rule);
+  void search(Span<const ProbeBodies> tangled);
   bool search(Span<const Candidate> candidates, std::vector<Pair>& known);
   void find_ways(Pair pair, std::vector<Pair>& known);
   void add_way(WayOut way);

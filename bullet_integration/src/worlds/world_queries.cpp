@@ -60,7 +60,12 @@ void WorldQueries::follow_settings() {
 bool WorldQueries::start_contacts(Span<btSoftBody* const> bodies, const PairGate& gate) {
   const WorldPairs pairs = pairs_of(gate);
   if (!contacts.run([&](ContactDetection& detection) { detection.read(bodies); })) return false;
-  if (untangles()) untangling.run([&](Untangling& regions) { regions.find(bodies, std::cref(pairs)); });
+  if (untangles()) {
+    untangling.run([&](Untangling& regions) {
+      const std::vector<ProbeBodies> tangled = contacts.get()->tangled_bodies();
+      regions.find(bodies, std::cref(pairs), {tangled.data(), tangled.size()});
+    });
+  }
   return contacts.run([&](ContactDetection& detection) { detection.start(std::cref(pairs)); });
 }
 
