@@ -172,7 +172,11 @@ void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule, Span
     present.push_back(body);
     has_news |= mirror_.member(*body).topology_changed;
   }
-  is_search_step() || has_news ? search({present.data(), present.size()}, rule) : search(tangled);
+  if (is_search_step() || has_news) {
+    search({present.data(), present.size()}, rule);
+  } else {
+    search(tangled);
+  }
   seen_.clear();
   for (const btSoftBody* body : present) seen_.push_back(mirror_.member(*body).id);
   std::vector<Pair> known;

@@ -20,9 +20,9 @@ namespace softcd::bullet {
 /// would keep the nodes where they are. At the end, move() moves the nodes. All pairs of bodies are searched when a
 /// body is new or has other faces, and in one step of kStepsBetweenSearches. In between only pairs are searched that
 /// had tangled contacts in the step before, that intersect, or did so within kStepsOfAttempt: what comes apart at a
-/// blow may at once meet again. A pair whose way
-/// out becomes no shorter is left alone for a while, which doubles each time. So what cannot come apart, such as a
-/// crumpled heap, takes little time and may fall asleep. Owned by WorldQueries.
+/// blow may at once meet again. A pair whose way out becomes no shorter is left alone for a while, which doubles each
+/// time. So what cannot come apart, such as a crumpled heap, takes little time and may fall asleep. Owned by
+/// WorldQueries.
 class Untangling {
  public:
   using Kind = CrossingsOfKind;
