@@ -15,7 +15,7 @@ namespace {
 
 using Node = btSoftBody::Node;
 
-/// A rigid body counts at most as this many nodes: more would leave nothing but rounding of their common velocity.
+/// A rigid body counts as at most this many nodes: of a larger ratio of masses only rounding would be left.
 constexpr btScalar kMostNodes = 10000;
 
 /// Calls visit(node, contact's information, contact) for each node that touches a rigid object.
@@ -133,7 +133,7 @@ btScalar BackedNodes::inverse_mass(const SoftContact& contact, const btVector3& 
       const btScalar towards = -change.dot(backing.normal);
       if (!(towards > 0) || speed_apart(backing) > 0) continue;
       change += common_share(backing, towards);
-      // One rigid body may back all nodes of the face. The sum of their squared weights is then too little.
+      // One rigid body may back all nodes of the face: then it moves by the sum of their weights, not of the squares.
       weight = share.length();
     }
     if (weight > 0) sum += change.dot(share) / weight;
@@ -156,7 +156,8 @@ void BackedNodes::push(const SoftContact& contact, const btVector3& impulse, con
   });
 }
 
-/// Bullet's response, with the masses that impulses move. Springs give no more speed than Bullet asks for.
+/// Responds as Bullet does, but with the masses that impulses move, and springs make node and face part no faster than
+/// at the speed above which Bullet leaves a contact alone.
 void BackedNodes::respond_to(const SoftContact& contact, btScalar stiffness, btScalar time_step,
                              const Visit& visit) const {
   const btVector3& normal = contact.m_normal;
@@ -171,8 +172,7 @@ void BackedNodes::respond_to(const SoftContact& contact, btScalar stiffness, btS
   const btScalar most = OVERLAP_REDUCTION_FACTOR * depth / time_step;
   const btScalar inverse = inverse_mass(contact, normal);
   if (speed > most || !(inverse > 0)) return;
-  static const bool ns = getenv("NS") != nullptr;
-  const btScalar spring = (ns ? 0 : 2) * stiffness * time_step * depth / (1 + contact.m_bary.length2());
+  const btScalar spring = 2 * stiffness * time_step * depth / (1 + contact.m_bary.length2());
   const btScalar impulse =
       std::max(btScalar(0), -speed) / inverse + std::min(spring, (most - std::max(btScalar(0), speed)) / inverse);
   push(contact, impulse * normal, visit);
@@ -181,8 +181,7 @@ void BackedNodes::respond_to(const SoftContact& contact, btScalar stiffness, btS
   if (!(sliding_speed > SIMD_EPSILON)) return;
   const btVector3 against = sliding / -sliding_speed;
   const btScalar stop = sliding_speed / std::max(inverse_mass(contact, against), SIMD_EPSILON);
-  static const bool nf = getenv("NF") != nullptr;
-  if (!nf) push(contact, std::min(contact.m_friction * impulse, stop) * against, visit);
+  push(contact, std::min(contact.m_friction * impulse, stop) * against, visit);
 }
 
 void BackedNodes::respond(btSoftBody& body, btScalar time_step, bool with_springs, const Visit& visit) const {
