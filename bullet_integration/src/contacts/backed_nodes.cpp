@@ -82,6 +82,10 @@ BackedNodes::BackedNodes(Span<btSoftBody* const> bodies) {
   }
   std::stable_sort(backings_.begin(), backings_.end(), NodeOrder());
   keep_first_of_each_pair();
+  int most = 0;
+  for (const btSoftBody* body : bodies) most = std::max(most, body->m_faceNodeContacts.size());
+  std::minstd_rand random;
+  append_shuffled(most, random, order_);
 }
 
 void BackedNodes::keep_first_of_each_pair() {
@@ -141,7 +145,7 @@ btScalar BackedNodes::inverse_mass(const SoftContact& contact, const btVector3& 
   return sum;
 }
 
-void BackedNodes::push(const SoftContact& contact, const btVector3& impulse, const Visit& visit) const {
+void BackedNodes::push(const SoftContact& contact, const btVector3& impulse, Reader* reader) const {
   for_each_moved(contact, impulse, [&](Node& node, const btVector3& share) {
     btVector3 change = node.m_im * share;
     for (const Backing& backing : backings_of(node)) {
@@ -150,7 +154,7 @@ void BackedNodes::push(const SoftContact& contact, const btVector3& impulse, con
       const btVector3 given = common_share(backing, towards) / node.m_im;
       change += node.m_im * given;
       backing.rigid->applyImpulse(-given, node.m_x - backing.rigid->getCenterOfMassPosition());
-      if (visit) visit(backing.contact, node, given);
+      if (reader != nullptr) reader->read(backing.contact, node, given);
     }
     node.m_v += change;
   });
@@ -158,8 +162,7 @@ void BackedNodes::push(const SoftContact& contact, const btVector3& impulse, con
 
 /// Responds as Bullet does, but with the masses that impulses move, and springs make node and face part no faster than
 /// at the speed above which Bullet leaves a contact alone.
-void BackedNodes::respond_to(const SoftContact& contact, btScalar stiffness, btScalar time_step,
-                             const Visit& visit) const {
+void BackedNodes::respond_to(const SoftContact& contact, btScalar stiffness, btScalar time_step, Reader* reader) const {
   const btVector3& normal = contact.m_normal;
   const auto apart = [&](btVector3 Node::*member) {
     btVector3 difference = contact.m_node->*member;
@@ -175,33 +178,35 @@ void BackedNodes::respond_to(const SoftContact& contact, btScalar stiffness, btS
   const btScalar spring = 2 * stiffness * time_step * depth / (1 + contact.m_bary.length2());
   const btScalar impulse =
       std::max(btScalar(0), -speed) / inverse + std::min(spring, (most - std::max(btScalar(0), speed)) / inverse);
-  push(contact, impulse * normal, visit);
+  push(contact, impulse * normal, reader);
   const btVector3 sliding = velocity - speed * normal;
   const btScalar sliding_speed = sliding.safeNorm();
   if (!(sliding_speed > SIMD_EPSILON)) return;
   const btVector3 against = sliding / -sliding_speed;
   const btScalar stop = sliding_speed / std::max(inverse_mass(contact, against), SIMD_EPSILON);
-  push(contact, std::min(contact.m_friction * impulse, stop) * against, visit);
+  push(contact, std::min(contact.m_friction * impulse, stop) * against, reader);
 }
 
-void BackedNodes::respond(btSoftBody& body, btScalar time_step, bool with_springs, const Visit& visit) const {
+void BackedNodes::respond_to_only(btSoftBody& body, btScalar time_step, bool with_springs, Reader* reader) const {
+  const SoftContact& contact = body.m_faceNodeContacts[0];
+  if (has_backed_node(contact)) {
+    respond_to(contact, with_springs ? body.m_repulsionStiffness : btScalar(0), time_step, reader);
+  } else {
+    body.applyRepulsionForce(time_step, with_springs);
+  }
+}
+
+void BackedNodes::respond(btSoftBody& body, btScalar time_step, bool with_springs) const {
   auto& contacts = body.m_faceNodeContacts;
-  const bool is_bullets = std::none_of(span_of(contacts).begin(), span_of(contacts).end(),
-                                       [&](const SoftContact& contact) { return has_backed_node(contact); });
-  if (is_bullets) {
+  const Span<const SoftContact> all = span_of(contacts);
+  if (std::none_of(all.begin(), all.end(), [&](const SoftContact& contact) { return has_backed_node(contact); })) {
     body.applyRepulsionForce(time_step, with_springs);
     return;
   }
-  std::minstd_rand random;
-  std::vector<int> order;
-  append_shuffled(contacts.size(), random, order);
-  for (const int i : order) {
-    with_single_entry(contacts, i, [&](const SoftContact& contact) {
-      if (has_backed_node(contact)) {
-        respond_to(contact, with_springs ? body.m_repulsionStiffness : btScalar(0), time_step, visit);
-      } else {
-        body.applyRepulsionForce(time_step, with_springs);
-      }
+  for (const int i : order_) {
+    if (i >= contacts.size()) continue;
+    with_single_entry(contacts, i, [&](const SoftContact& /*contact*/) {
+      respond_to_only(body, time_step, with_springs, /*reader=*/nullptr);
     });
   }
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "BulletSoftBody/btSoftBody.h"
@@ -20,15 +19,25 @@ namespace softcd::bullet {
 /// anchors and nodes that touch other objects stay held as in Bullet.
 class BackedNodes {
  public:
-  /// Gets a contact of a node with a rigid body, the node, and the impulse that the rigid body gave the node.
-  using Visit = std::function<void(const ContactSource&, const btSoftBody::Node&, const btVector3&)>;
+  /// Gets the impulses between nodes and the rigid bodies that back them.
+  class Reader {
+   public:
+    /// `contact` is that of the node and the rigid body, which gets the opposite of `on_node`.
+    virtual void read(const ContactSource& contact, const btSoftBody::Node& node, const btVector3& on_node) = 0;
 
+   protected:
+    ~Reader() = default;
+  };
+
+  /// No node is backed.
+  BackedNodes() = default;
   /// Reads the contacts of all soft bodies of a world.
   explicit BackedNodes(Span<btSoftBody* const> bodies);
 
-  /// Responds to the body's soft contacts, to those without backed nodes by Bullet's function. Calls `visit`, if there
-  /// is one, for each impulse between nodes and rigid bodies.
-  void respond(btSoftBody& body, btScalar time_step, bool with_springs, const Visit& visit = {}) const;
+  /// Responds to the body's soft contacts, to those without backed nodes by Bullet's function. Allocates nothing.
+  void respond(btSoftBody& body, btScalar time_step, bool with_springs) const;
+  /// Does the same for a body with one soft contact. `reader` may be null.
+  void respond_to_only(btSoftBody& body, btScalar time_step, bool with_springs, Reader* reader) const;
 
  private:
   using SoftContact = btSoftBody::DeformableFaceNodeContact;
@@ -51,10 +60,12 @@ class BackedNodes {
   void for_each_moved(const SoftContact& contact, const btVector3& impulse, const NodeVisit& visit) const;
   /// Returns the change of the relative velocity of node and face by an impulse of 1, along its direction.
   btScalar inverse_mass(const SoftContact& contact, const btVector3& direction) const;
-  void push(const SoftContact& contact, const btVector3& impulse, const Visit& visit) const;
-  void respond_to(const SoftContact& contact, btScalar stiffness, btScalar time_step, const Visit& visit) const;
+  void push(const SoftContact& contact, const btVector3& impulse, Reader* reader) const;
+  void respond_to(const SoftContact& contact, btScalar stiffness, btScalar time_step, Reader* reader) const;
 
   std::vector<Backing> backings_;  ///< ordered by node
+  /// Of a body's contacts, shuffled as Bullet does; has numbers for the body with most of them.
+  std::vector<int> order_;
 };
 
 }  // namespace softcd::bullet

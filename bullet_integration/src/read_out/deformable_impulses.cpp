@@ -144,6 +144,25 @@ btAlignedObjectArray<btVector3> damping_impulses(btDeformableBodySolver& solver,
   return impulses;
 }
 
+/// Counts what rigid bodies give a contact's nodes as impulses of their own contacts with these.
+class BackingReader final : public BackedNodes::Reader {
+ public:
+  BackingReader(ContactImpulses& impulses, const btSoftBody::DeformableFaceNodeContact& contact,
+                ContactImpulses::Impulse& of_contact)
+      : impulses_(impulses), contact_(contact), of_contact_(of_contact) {}
+
+  void read(const ContactSource& contact, const Node& node, const btVector3& on_node) override {
+    (&node == contact_.m_node ? of_contact_.on_owner : of_contact_.on_other) -= on_node;
+    Impulses* const impulses = impulses_.find(*contact.owner, contact.array);
+    if (impulses != nullptr) (*impulses)[static_cast<std::size_t>(contact.first)] += {on_node, -on_node};
+  }
+
+ private:
+  ContactImpulses& impulses_;
+  const btSoftBody::DeformableFaceNodeContact& contact_;
+  ContactImpulses::Impulse& of_contact_;
+};
+
 }  // namespace
 
 void DeformableImpulses::keep_velocities(Span<btSoftBody* const> bodies) {
@@ -221,23 +240,13 @@ void DeformableImpulses::apply_repulsion(Span<btSoftBody* const> bodies, btScala
         const int i = *next++;
         with_single_entry(body->m_faceNodeContacts, i, [&](const btSoftBody::DeformableFaceNodeContact& contact) {
           ContactImpulses::Impulse& impulse = impulses[static_cast<std::size_t>(i)];
-          impulse += measured_impulse(contact, &Node::m_v, 1, [&] {
-            backed.respond(*body, time_step, with_springs,
-                           [&](const ContactSource& source, const Node& node, const btVector3& given) {
-                             (&node == contact.m_node ? impulse.on_owner : impulse.on_other) -= given;
-                             add_rigid(source, given);
-                           });
-          });
+          BackingReader reader(impulses_, contact, impulse);
+          impulse += measured_impulse(contact, &Node::m_v, 1,
+                                      [&] { backed.respond_to_only(*body, time_step, with_springs, &reader); });
         });
       }
     }
   });
-}
-
-void DeformableImpulses::add_rigid(const ContactSource& source, const btVector3& on_node) {
-  Impulses* const impulses = impulses_.find(*source.owner, source.array);
-  if (impulses == nullptr) return;
-  (*impulses)[static_cast<std::size_t>(source.first)] += {on_node, -on_node};
 }
 
 }  // namespace softcd::bullet

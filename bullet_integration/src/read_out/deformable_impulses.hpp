@@ -32,7 +32,6 @@ class DeformableImpulses {
   const ContactImpulses& impulses() const { return impulses_; }
 
  private:
-  void add_rigid(const ContactSource& source, const btVector3& on_node);
   void add_reactions(btDeformableBodySolver& solver, Span<btSoftBody* const> bodies, btScalar time_step);
 
   ContactImpulses impulses_;

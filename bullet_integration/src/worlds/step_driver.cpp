@@ -58,7 +58,7 @@ void DeformableStep::find_soft_contacts() const {
 }
 
 void DeformableStep::respond(btScalar time_step) const {
-  const BackedNodes backed(bodies());
+  const BackedNodes backed = queries.backed_nodes(bodies());
   if (queries.read_out.apply_repulsion(bodies(), time_step, backed)) return;
   respond_to_soft_contacts(bodies(), time_step, [&](bool with_springs) {
     for (btSoftBody* body : bodies()) {

@@ -32,6 +32,15 @@ WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
       read_out(kind.read_contacts, settings_),
       rays(kind.ray_targets, settings_) {}
 
+BackedNodes WorldQueries::backed_nodes(Span<btSoftBody* const> bodies) {
+  try {
+    return BackedNodes(bodies);
+  } catch (...) {
+    failed_responses_.note(settings_);
+    return {};
+  }
+}
+
 void WorldQueries::set_settings(const Settings& settings) {
   const Settings before = std::exchange(settings_, chosen(kind_, settings));
   try {

@@ -7,6 +7,7 @@
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "bodies/guarded.hpp"
 #include "bodies/query_options.hpp"
+#include "contacts/backed_nodes.hpp"
 #include "contacts/contact_detection.hpp"
 #include "crossings/crossing_prevention.hpp"
 #include "crossings/untangling.hpp"
@@ -74,6 +75,8 @@ class WorldQueries {
   bool may_change(const btSoftBody& body) const {
     return prevents_crossings(body) || (untangling.get() != nullptr && untangling.get()->moves(body));
   }
+  /// Deformable world: returns the nodes that rigid bodies back, or none if memory runs out.
+  BackedNodes backed_nodes(Span<btSoftBody* const> bodies);
   /// Runs the step's last pass: see Untangling and CrossingPrevention. Does nothing unless may_change().
   void prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects, const PairGate& gate,
                          btScalar time_step);
@@ -100,6 +103,7 @@ class WorldQueries {
 
   const WorldKind& kind_;
   Settings settings_;  ///< all members below refer to it
+  Failures failed_responses_{"the step has Bullet's own response to contacts between soft bodies"};
 
  public:
   WorldMirror mirror;  ///< declared before its users
