@@ -38,19 +38,8 @@ btRigidBody* movable_of(const btSoftBody::sCti& touch) {
   return rigid != nullptr && rigid->getInvMass() > 0 && rigid->isActive() ? rigid : nullptr;
 }
 
-struct NodeOrder {
-  template <class A, class B>
-  bool operator()(const A& a, const B& b) const {
-    return std::less<const Node*>()(node_of(a), node_of(b));
-  }
-  static const Node* node_of(const Node* node) { return node; }
-  template <class Backing>
-  static const Node* node_of(const Backing& backing) {
-    return backing.node;
-  }
-};
-
-/// What the common velocity of a node and its rigid body leaves of the node's velocity `towards` the rigid body.
+/// Returns the velocity that a rigid body adds to its node, so that both have one velocity along the normal. Without it
+/// the node has the velocity `towards` the rigid body.
 template <class Backing>
 btVector3 common_share(const Backing& backing, btScalar towards) {
   const btScalar node = backing.node->m_im;
@@ -65,6 +54,26 @@ bool has_soft_contacts(const btSoftBody* body) {
 
 BackedNodes::BackedNodes(Span<btSoftBody* const> bodies) {
   if (std::none_of(bodies.begin(), bodies.end(), has_soft_contacts)) return;
+  for (const btSoftBody* body : bodies) {
+    for_each_touch(*body, [&](const Node& node, const btSoftBody::sCti& touch, const ContactSource& contact) {
+      btRigidBody* const rigid = movable_of(touch);
+      if (rigid == nullptr || node.m_constrained == 0 || node.m_im == 0) return;
+      const btScalar inverse_mass = rigid->computeImpulseDenominator(node.m_x, touch.m_normal);
+      backings_.push_back({&node, rigid, touch.m_normal, std::max(inverse_mass, node.m_im / kMostNodes), contact});
+    });
+  }
+  if (backings_.empty()) return;
+  leave_out_held_nodes(bodies);
+  std::stable_sort(backings_.begin(), backings_.end(),
+                   [](const Backing& a, const Backing& b) { return std::less<const Node*>()(a.node, b.node); });
+  keep_first_of_each_pair();
+  int most = 0;
+  for (const btSoftBody* body : bodies) most = std::max(most, body->m_faceNodeContacts.size());
+  std::minstd_rand random;
+  append_shuffled(most, random, order_);
+}
+
+void BackedNodes::leave_out_held_nodes(Span<btSoftBody* const> bodies) {
   std::unordered_set<const Node*> held;
   for (const btSoftBody* body : bodies) {
     for (const auto& anchor : span_of(body->m_deformableAnchors)) held.insert(anchor.m_node);
@@ -72,20 +81,7 @@ BackedNodes::BackedNodes(Span<btSoftBody* const> bodies) {
       if (movable_of(touch) == nullptr) held.insert(&node);
     });
   }
-  for (const btSoftBody* body : bodies) {
-    for_each_touch(*body, [&](const Node& node, const btSoftBody::sCti& touch, const ContactSource& contact) {
-      if (node.m_constrained == 0 || node.m_im == 0 || held.count(&node) > 0) return;
-      btRigidBody* const rigid = movable_of(touch);
-      const btScalar inverse_mass = rigid->computeImpulseDenominator(node.m_x, touch.m_normal);
-      backings_.push_back({&node, rigid, touch.m_normal, std::max(inverse_mass, node.m_im / kMostNodes), contact});
-    });
-  }
-  std::stable_sort(backings_.begin(), backings_.end(), NodeOrder());
-  keep_first_of_each_pair();
-  int most = 0;
-  for (const btSoftBody* body : bodies) most = std::max(most, body->m_faceNodeContacts.size());
-  std::minstd_rand random;
-  append_shuffled(most, random, order_);
+  std::erase_if(backings_, [&](const Backing& backing) { return held.count(backing.node) > 0; });
 }
 
 void BackedNodes::keep_first_of_each_pair() {
@@ -100,7 +96,10 @@ void BackedNodes::keep_first_of_each_pair() {
 
 Span<const BackedNodes::Backing> BackedNodes::backings_of(const Node& node) const {
   if (node.m_constrained == 0) return {};
-  const auto [first, last] = std::equal_range(backings_.begin(), backings_.end(), &node, NodeOrder());
+  const auto first = std::lower_bound(
+      backings_.begin(), backings_.end(), &node,
+      [](const Backing& backing, const Node* other) { return std::less<const Node*>()(backing.node, other); });
+  const auto last = std::find_if(first, backings_.end(), [&](const Backing& backing) { return backing.node != &node; });
   return {backings_.data() + (first - backings_.begin()), static_cast<std::size_t>(last - first)};
 }
 
@@ -183,8 +182,9 @@ void BackedNodes::respond_to(const SoftContact& contact, btScalar stiffness, btS
   const btScalar sliding_speed = sliding.safeNorm();
   if (!(sliding_speed > SIMD_EPSILON)) return;
   const btVector3 against = sliding / -sliding_speed;
-  const btScalar stop = sliding_speed / std::max(inverse_mass(contact, against), SIMD_EPSILON);
-  push(contact, std::min(contact.m_friction * impulse, stop) * against, reader);
+  const btScalar inverse_along = inverse_mass(contact, against);
+  if (!(inverse_along > 0)) return;
+  push(contact, std::min(contact.m_friction * impulse, sliding_speed / inverse_along) * against, reader);
 }
 
 void BackedNodes::respond_to_only(btSoftBody& body, btScalar time_step, bool with_springs, Reader* reader) const {

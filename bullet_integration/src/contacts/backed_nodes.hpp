@@ -49,6 +49,7 @@ class BackedNodes {
     ContactSource contact;
   };
 
+  void leave_out_held_nodes(Span<btSoftBody* const> bodies);
   void keep_first_of_each_pair();
   Span<const Backing> backings_of(const btSoftBody::Node& node) const;
   bool has_backed_node(const SoftContact& contact) const;
@@ -64,7 +65,8 @@ class BackedNodes {
   void respond_to(const SoftContact& contact, btScalar stiffness, btScalar time_step, Reader* reader) const;
 
   std::vector<Backing> backings_;  ///< ordered by node
-  /// Of a body's contacts, shuffled as Bullet does; has numbers for the body with most of them.
+  /// The order in which a body's contacts are answered, shuffled as Bullet does. It has a number for each contact of
+  /// the body with most of them; others skip the numbers that they do not have.
   std::vector<int> order_;
 };
 

@@ -155,6 +155,12 @@ class SolverContactsOf final : public SolverContacts {
     choose(step, batch);
   }
 
+  /// Contacts of the same bodies often follow each other.
+  static void note_tangled(const ProbeBodies& bodies, std::vector<ProbeBodies>& tangled) {
+    const bool is_last = !tangled.empty() && tangled.back().a == bodies.a && tangled.back().b == bodies.b;
+    if (!is_last) tangled.push_back(bodies);
+  }
+
   /// Gathers the contact for choose(), or adds it if there is no choice.
   static void judge(const Step& step, const MemberContact& found, FirstFan& fan, Batch& batch) {
     const std::optional<T> contact = Kind::contact_of(found, step.detection);
@@ -162,7 +168,7 @@ class SolverContactsOf final : public SolverContacts {
     const bool is_turned = Kind::is_turned(found, step.detection, step.economy.chooses(), fan);
     if (step.economy.chooses()) {
       const bool is_tangled = Kind::is_tangled(found, step.detection, fan);
-      if (is_tangled) batch.tangled.push_back({found.a.id, found.b.id});
+      if (is_tangled) note_tangled({found.a.id, found.b.id}, batch.tangled);
       batch.of_node.push_back(node_contact(found, is_turned, is_tangled));
       batch.made.push_back(*contact);
     } else {
