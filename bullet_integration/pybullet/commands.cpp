@@ -79,7 +79,7 @@ std::string edge_contacts(const Call& call) {
 
 std::string intersecting_bodies(const Call& call) {
   if (call.detection().settings().untangle == Untangle::off) {
-    throw InvalidInput("intersecting_bodies: untangle is off; attach with untangle=\"later\" or \"all\".");
+    throw InvalidInput("intersecting_bodies: untangle is off; attach with untangle=\"automatic\" or \"all\".");
   }
   return bytes_of_intersecting_bodies(call.detection().intersecting_bodies(), call.world());
 }

@@ -66,6 +66,8 @@ class Untangle(enum.Enum):
     """Those that did not intersect when both were first in the world."""
     all = "all"
     """Those that intersect from the start, and those with filters, too."""
+    automatic = "automatic"
+    """As all, without those with filters, and without soft bodies that start through each other in a deformable world."""
 
 
 class ReadOut(enum.Enum):
@@ -112,7 +114,7 @@ class Settings(TypedDict, total=False):
     """Whether softcd detects contacts with rigid triangle meshes."""
     convex_shapes: ConvexShapes | Literal["nodes", "faces_and_edges"]
     """Which features touch boxes, spheres and other convex shapes."""
-    untangle: Untangle | Literal["off", "later", "all"]
+    untangle: Untangle | Literal["off", "later", "all", "automatic"]
     """Which bodies that intersect are moved apart."""
     untangle_speed: float
     """The greatest speed, in metres a second, at which untangle moves a node; 0 chooses by the lengths of edges."""

@@ -200,6 +200,39 @@ INSTANTIATE_TEST_SUITE_P(InBothKinds, UntanglingOff,
                                                           "cloth-in-free-mesh", "cloth-in-slope"),
                                           testing::Values(World::one_line, World::deformable),
                                           testing::Values(bullet::Untangle::off, bullet::Untangle::later)));
+INSTANTIATE_TEST_SUITE_P(AutomaticallyBetweenSoftBodies, UntanglingOff,
+                         testing::Combine(testing::Values("crossed-cloths", "loop", "two-balls", "cloth-in-ball"),
+                                          testing::Values(World::deformable),
+                                          testing::Values(bullet::Untangle::automatic)));
+
+class UntanglingAutomatic : public testing::TestWithParam<std::tuple<const char*, World>> {};
+
+TEST_P(UntanglingAutomatic, brings_bodies_apart_that_start_through_each_other) {
+  const auto [name, world] = GetParam();
+  Tangle tangle(name, world, untangling(Detection::dcd, bullet::Untangle::automatic));
+  ASSERT_GT(tangle.edges(), 0U);
+  EXPECT_LT(tangle.steps_until_clean(), kMostSteps);
+}
+
+TEST_P(UntanglingAutomatic, leaves_bodies_with_filters) {
+  const auto [name, world] = GetParam();
+  Tangle tangle(name, world, untangling(Detection::dcd, bullet::Untangle::automatic));
+  btSoftBody& body = *tangle.simulation().bodies()[0];
+  bullet::BodyFilters filters;
+  filters.nodes.assign(static_cast<std::size_t>(body.m_nodes.size()), {.group = 2, .mask = 2});
+  tangle.simulation().detection().set_filters(body, filters);
+  for (int i = 0; i < 10; ++i) tangle.step();
+  EXPECT_GT(tangle.edges(), 0U);
+  EXPECT_TRUE(tangle.pairs().empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(InClassicWorlds, UntanglingAutomatic,
+                         testing::Combine(testing::Values("crossed-cloths", "two-balls", "cloth-in-ball",
+                                                          "cloth-in-mesh"),
+                                          testing::Values(World::one_line)));
+INSTANTIATE_TEST_SUITE_P(InTheDeformableWorld, UntanglingAutomatic,
+                         testing::Combine(testing::Values("cloth-in-mesh", "cloth-in-slope"),
+                                          testing::Values(World::deformable)));
 
 TEST(UntanglingReport, counts_regions_lengths_and_steps) {
   Tangle tangle("two-balls", World::one_line, untangling(Detection::dcd));

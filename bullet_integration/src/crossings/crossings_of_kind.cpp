@@ -134,6 +134,7 @@ const CrossingsOfKind kClassicCrossings = {
     .push = classic::push,
     .hold = [](Node& node) { node.m_x = node.m_q; },
     .finish = classic::finish,
+    .parts_soft_bodies_from_start = true,
 };
 
 const CrossingsOfKind kDeformableCrossings = {
@@ -147,6 +148,7 @@ const CrossingsOfKind kDeformableCrossings = {
     .push = deformable::push,
     .hold = deformable::hold,
     .finish = deformable::finish,
+    .parts_soft_bodies_from_start = false,
 };
 
 }  // namespace softcd::bullet

@@ -71,6 +71,8 @@ struct CrossingsOfKind {
   /// whether Bullet will move nodes by velocities that do not lead to their ends exactly.
   bool (*finish)(const AnsweredBodies&, const std::vector<Impact>& impacts, ImpactZones& zones, btScalar time_step);
   AnswerRounds rounds = {};
+  /// Whether Untangle::automatic also parts soft bodies that intersect from the start.
+  bool parts_soft_bodies_from_start;
 };
 
 extern const CrossingsOfKind kClassicCrossings, kDeformableCrossings;

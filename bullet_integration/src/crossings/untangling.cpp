@@ -197,8 +197,15 @@ void Untangling::find(Span<btSoftBody* const> bodies, const PairRule& rule, Span
 /// Returns whether this step moves the pair apart if it intersects. It does not if the settings leave the pair to the
 /// app, after a vain attempt, and if its soft bodies sleep.
 bool Untangling::is_moved(const Pair& pair) const {
-  if (settings_.untangle != Untangle::all && (pair.is_from_start || has_filters(pair))) return false;
-  return step_ >= pair.resumes_at && (pair.attempt_step > 0 || is_awake(pair));
+  return !is_left_to_app(pair) && step_ >= pair.resumes_at && (pair.attempt_step > 0 || is_awake(pair));
+}
+
+bool Untangling::is_left_to_app(const Pair& pair) const {
+  if (settings_.untangle == Untangle::all) return false;
+  const bool is_with_mesh = mirror_.find(pair.bodies.b) == nullptr;
+  const bool parts_from_start =
+      settings_.untangle == Untangle::automatic && (is_with_mesh || kind_.parts_soft_bodies_from_start);
+  return (pair.is_from_start && !parts_from_start) || has_filters(pair);
 }
 
 /// Returns whether the app has set filters of one of the bodies. They may let nodes through.

@@ -55,8 +55,11 @@ enum class ConvexShapes : std::uint32_t {
 /// one without touching it stays there. Convex shapes are left to Bullet's contacts. docs/use/bullet.md has the rules.
 enum class Untangle : std::uint32_t {
   off,
-  later,  ///< those that did not intersect when both were first in the world; the app may have meant what did
+  later,  ///< those that did not intersect when both were first in the world
   all,    ///< those that intersect from the start, and those with filters, too
+  /// As `all`, without those with filters. In the deformable world soft bodies that intersect each other or themselves
+  /// from the start stay, too: there Bullet's contacts hold such bodies at rest. In classic worlds they drive them.
+  automatic,
 };
 
 /// The response to a step in which softcd fails with an Error or std::bad_alloc.
@@ -121,7 +124,7 @@ struct Settings {
   /// it works and what it does not prevent.
   ConvexShapes convex_shapes = ConvexShapes::nodes;
   /// Which bodies that intersect are moved apart; none by a Dispatcher under a world of Bullet's own class.
-  Untangle untangle = Untangle::later;
+  Untangle untangle = Untangle::automatic;
   /// Greatest speed, m/s, at which `untangle` moves a node. 0: 20 times the mean length of the edges that intersect
   /// triangles, a second.
   float untangle_speed = 0;
