@@ -29,6 +29,14 @@ struct ProbeOn final : QueryMemory {
   template <class T>
   using Readback = typename Backend::template Readback<T>;
 
+  /// Memory for answers, of which a question may have several.
+  template <class T>
+  struct AnswerBuffers {
+    Buffer<T> all;
+    Buffer<T> noted;  ///< see CountAnswers
+    Readback<T> read;
+  };
+
   explicit ProbeOn(std::shared_ptr<MemoryAccount> its_account) : account(std::move(its_account)) {}
 
   void release() override {
@@ -81,20 +89,16 @@ struct ProbeOn final : QueryMemory {
   Buffer<std::uint32_t> counts;       ///< of answers, per question
   Buffer<std::uint64_t> begins;       ///< of answers, per question; then the number of answers
   Buffer<std::uint64_t> item_begins;  ///< the same per item
-  Buffer<RayHit> hits;
+  AnswerBuffers<RayHit> hits;
   Buffer<ClosestPoint> closest;
-  Buffer<TriangleOverlap> overlaps;
-  Buffer<TriangleIntersection> intersections;
-  Buffer<ChangeIntersection> change_intersections;
+  AnswerBuffers<TriangleOverlap> overlaps;
+  AnswerBuffers<TriangleIntersection> intersections;
+  AnswerBuffers<ChangeIntersection> change_intersections;
   Buffer<NearestTriangle> nearest;
   Buffer<LeastDistance> least;
   Buffer<BodyDistance> distances;
   Readback<std::uint64_t> read_begins;
-  Readback<RayHit> read_hits;
   Readback<ClosestPoint> read_closest;
-  Readback<TriangleOverlap> read_overlaps;
-  Readback<TriangleIntersection> read_intersections;
-  Readback<ChangeIntersection> read_change_intersections;
   Readback<BodyDistance> read_distances;
   Readback<LeastDistance> read_least;
 };
@@ -112,14 +116,14 @@ class SpatialQueriesOn final : public SpatialQueries {
 
   Span<const RayHit> first_hits(Span<const Ray> rays) override {
     const Count count = send(probe_.rays, rays);
-    probe_.hits.reserve(backend_, rays.size(), 0);
-    backend_.for_each("first_hits", count, FindFirstHit{scene_, probe_.rays.data(), probe_.hits.data()});
-    return probe_.read_hits.read(backend_, probe_.hits, rays.size());
+    probe_.hits.all.reserve(backend_, rays.size(), 0);
+    backend_.for_each("first_hits", count, FindFirstHit{scene_, probe_.rays.data(), probe_.hits.all.data()});
+    return probe_.hits.read.read(backend_, probe_.hits.all, rays.size());
   }
 
   AnswerLists<RayHit> all_hits(Span<const Ray> rays) override {
     const Count count = send(probe_.rays, rays);
-    return list(count, ListHits{scene_, probe_.rays.data()}, probe_.hits, probe_.read_hits);
+    return list(count, ListHits{scene_, probe_.rays.data()}, probe_.hits);
   }
 
   Span<const ClosestPoint> closest_points(Span<const ProbePoint> points) override {
@@ -131,33 +135,31 @@ class SpatialQueriesOn final : public SpatialQueries {
 
   AnswerLists<TriangleOverlap> overlaps(Span<const ProbeSphere> spheres) override {
     const Count count = send(probe_.spheres, spheres);
-    return list(count, ListOverlaps<const ProbeSphere*, SphereShape>{scene_, probe_.spheres.data()}, probe_.overlaps,
-                probe_.read_overlaps);
+    return list(count, ListOverlaps<const ProbeSphere*, SphereShape>{scene_, probe_.spheres.data()}, probe_.overlaps);
   }
 
   AnswerLists<TriangleOverlap> overlaps(Span<const ProbeCapsule> capsules) override {
     const Count count = send(probe_.capsules, capsules);
-    return list(count, ListOverlaps<const ProbeCapsule*, CapsuleShape>{scene_, probe_.capsules.data()}, probe_.overlaps,
-                probe_.read_overlaps);
+    return list(count, ListOverlaps<const ProbeCapsule*, CapsuleShape>{scene_, probe_.capsules.data()},
+                probe_.overlaps);
   }
 
   AnswerLists<TriangleOverlap> overlaps(Span<const ProbeBox> boxes) override {
     const Count count = send(probe_.boxes, boxes);
-    return list(count, ListOverlaps<const ProbeBox*, BoxShape>{scene_, probe_.boxes.data()}, probe_.overlaps,
-                probe_.read_overlaps);
+    return list(count, ListOverlaps<const ProbeBox*, BoxShape>{scene_, probe_.boxes.data()}, probe_.overlaps);
   }
 
   AnswerLists<TriangleOverlap> overlaps(Span<const ProbeOrientedBox> boxes) override {
     const Count count = send(probe_.oriented_boxes, boxes);
     return list(count, ListOverlaps<const ProbeOrientedBox*, OrientedBoxShape>{scene_, probe_.oriented_boxes.data()},
-                probe_.overlaps, probe_.read_overlaps);
+                probe_.overlaps);
   }
 
   AnswerLists<TriangleOverlap> overlaps(const HullQuestions& questions) override {
     const Count count = send(probe_.hulls, questions.hulls);
     const HullQuestions asked = {{probe_.hulls.data(), questions.hulls.size()},
                                  there(probe_.hull_points, questions.points)};
-    return list(count, ListOverlaps<HullQuestions, HullShape>{scene_, asked}, probe_.overlaps, probe_.read_overlaps);
+    return list(count, ListOverlaps<HullQuestions, HullShape>{scene_, asked}, probe_.overlaps);
   }
 
   Span<const BodyDistance> distances(Span<const BodiesQuestion> questions, std::uint64_t item_count) override {
@@ -179,7 +181,7 @@ class SpatialQueriesOn final : public SpatialQueries {
                                                   std::uint64_t item_count) override {
     const BodiesQuestions asked = send_bodies(questions);
     return list_by_items(asked_count(questions.size()), asked.questions, count_items(item_count),
-                         ListIntersections{asked}, probe_.intersections, probe_.read_intersections);
+                         ListIntersections{asked}, probe_.intersections);
   }
 
   bool has_intersections(Span<const BodiesQuestion> questions, std::uint64_t item_count) override {
@@ -197,8 +199,7 @@ class SpatialQueriesOn final : public SpatialQueries {
                                    there(probe_.added_triangles, questions.added),
                                    there(probe_.new_vertices, questions.new_vertices)};
     return list_by_items(changes, probe_.changes.data(), count_items(questions.added.size()),
-                         ListChangeIntersections{{scene_, asked}}, probe_.change_intersections,
-                         probe_.read_change_intersections);
+                         ListChangeIntersections{{scene_, asked}}, probe_.change_intersections);
   }
 
  private:
@@ -238,41 +239,41 @@ class SpatialQueriesOn final : public SpatialQueries {
     backend_.for_each("clear_least", count, ClearLeastDistance{probe_.least.data()});
   }
 
-  template <class Lister>
-  void count_answers(Count items, const Lister& lister, typename Backend::template Buffer<std::uint64_t>& begins) {
+  template <class Lister, class Buffers>
+  void count_answers(Count items, const Lister& lister, typename Backend::template Buffer<std::uint64_t>& begins,
+                     Buffers& buffers) {
     const std::uint64_t count = items.capacity;
     probe_.counts.reserve(backend_, count, 0);
+    buffers.noted.reserve(backend_, kNotedAnswers * count, 0);
     begins.reserve(backend_, count + 1, 0);
-    backend_.for_each("count_answers", items, CountAnswers<Lister>{lister, probe_.counts.data()});
+    backend_.for_each("count_answers", items, CountAnswers<Lister>{lister, probe_.counts.data(), buffers.noted.data()});
     backend_.exclusive_scan("answer_begins", items, probe_.counts.data(), begins.data(), begins.data() + count);
   }
 
-  template <class Lister, class Answers, class ReadAnswers>
+  template <class Lister, class Buffers>
   AnswerLists<typename Lister::Answer> write_answers(Count items, const Lister& lister, const std::uint64_t* begins,
-                                                     Span<const std::uint64_t> read_begins, Answers& answers,
-                                                     ReadAnswers& read_answers) {
+                                                     Span<const std::uint64_t> read_begins, Buffers& buffers) {
     const std::uint64_t total = read_begins[read_begins.size() - 1];
-    answers.reserve(backend_, total, 0);
-    if (total > 0) backend_.for_each("write_answers", items, WriteAnswers<Lister>{lister, begins, answers.data()});
-    return {read_begins, read_answers.read(backend_, answers, total)};
+    buffers.all.reserve(backend_, total, 0);
+    const WriteAnswers<Lister> write{lister, begins, buffers.noted.data(), buffers.all.data()};
+    if (total > 0) backend_.for_each("write_answers", items, write);
+    return {read_begins, buffers.read.read(backend_, buffers.all, total)};
   }
 
   /// Counts answers, and then writes them where the counts say.
-  template <class Lister, class Answers, class ReadAnswers>
-  AnswerLists<typename Lister::Answer> list(Count questions, const Lister& lister, Answers& answers,
-                                            ReadAnswers& read_answers) {
-    count_answers(questions, lister, probe_.begins);
+  template <class Lister, class Buffers>
+  AnswerLists<typename Lister::Answer> list(Count questions, const Lister& lister, Buffers& buffers) {
+    count_answers(questions, lister, probe_.begins, buffers);
     const Span<const std::uint64_t> read_begins =
         probe_.read_begins.read(backend_, probe_.begins, questions.capacity + 1);
-    return write_answers(questions, lister, probe_.begins.data(), read_begins, answers, read_answers);
+    return write_answers(questions, lister, probe_.begins.data(), read_begins, buffers);
   }
 
   /// Does the same if each question, in the backend's memory, has many items.
-  template <class Lister, class Question, class Answers, class ReadAnswers>
+  template <class Lister, class Question, class Buffers>
   AnswerLists<typename Lister::Answer> list_by_items(Count questions, const Question* asked, Count items,
-                                                     const Lister& lister, Answers& answers,
-                                                     ReadAnswers& read_answers) {
-    count_answers(items, lister, probe_.item_begins);
+                                                     const Lister& lister, Buffers& buffers) {
+    count_answers(items, lister, probe_.item_begins, buffers);
     const std::uint64_t none = 0;
     if (items.capacity == 0) backend_.upload(probe_.item_begins, Span<const std::uint64_t>(&none, 1));
     const std::uint64_t* const item_begins = probe_.item_begins.data();
@@ -282,7 +283,7 @@ class SpatialQueriesOn final : public SpatialQueries {
         GatherBegins<Question>{asked, item_begins, items.capacity, questions.capacity, probe_.begins.data()});
     const Span<const std::uint64_t> read_begins =
         probe_.read_begins.read(backend_, probe_.begins, questions.capacity + 1);
-    return write_answers(items, lister, item_begins, read_begins, answers, read_answers);
+    return write_answers(items, lister, item_begins, read_begins, buffers);
   }
 
   Backend& backend_;

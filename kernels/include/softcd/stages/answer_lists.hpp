@@ -8,23 +8,33 @@
 /// has list(question, sink), which calls sink.add(make) for each answer make(), and is_before(a, b), a total order.
 namespace softcd {
 
+/// A question's first answers are noted when they are counted. Only questions with more answers are asked again: few
+/// triangles intersect more others than this.
+constexpr std::uint32_t kNotedAnswers = 4;
+
+/// Counts the answers, and notes the first ones.
 template <class Lister>
 struct CountAnswers {
+  using Answer = typename Lister::Answer;
+
   Lister lister;
   std::uint32_t* counts;
+  Answer* noted;  ///< kNotedAnswers for each question
 
   SOFTCD_HD void operator()(std::uint32_t i) const {
-    Counter counter;
+    Counter counter{noted + std::uint64_t{kNotedAnswers} * i};
     lister.list(i, counter);
     counts[i] = counter.count;
   }
 
  private:
   struct Counter {
+    Answer* noted;
     std::uint32_t count = 0;
 
     template <class Make>
-    SOFTCD_HD void add(const Make& /*make*/) {
+    SOFTCD_HD void add(const Make& make) {
+      if (count < kNotedAnswers) noted[count] = make();
       ++count;
     }
   };
@@ -36,13 +46,18 @@ struct WriteAnswers {
 
   Lister lister;
   const std::uint64_t* begins;  ///< of each question's answers, and behind the last question's their end
+  const Answer* noted;          ///< by CountAnswers
   Answer* answers;
 
   SOFTCD_HD void operator()(std::uint32_t i) const {
-    if (begins[i] == begins[i + 1]) return;
+    const auto count = static_cast<std::uint32_t>(begins[i + 1] - begins[i]);
     Writer writer{answers + begins[i]};
-    lister.list(i, writer);
-    sort(answers + begins[i], writer.count);
+    if (count > kNotedAnswers) {
+      lister.list(i, writer);
+    } else {
+      for (std::uint32_t k = 0; k < count; ++k) writer.answers[k] = noted[std::uint64_t{kNotedAnswers} * i + k];
+    }
+    sort(writer.answers, count);
   }
 
  private:
