@@ -96,6 +96,36 @@ TEST_P(ContactImpulses, and_gravity_are_all_that_changes_the_momentum_of_free_bo
   }
 }
 
+// Three free sheets, of which the last pushes the second through the first after Bullet has solved both.
+TEST_P(ClassicContactImpulses, of_a_pile_count_what_is_solved_late) {
+  bullet::Settings settings = reading_impulses();
+  settings.contacts = bullet::Contacts::closest_feature;
+  AnySimulation simulation(GetParam(), settings);
+  btSoftBody* sheets[3];
+  for (int i = 0; i < 3; ++i) {
+    SheetOptions options;
+    options.nodes_per_side = 6 + i;
+    options.height = btScalar(0.12) * btScalar(i);
+    sheets[i] = &simulation.add(make_sheet(simulation.world_info(), options));
+    sheets[i]->setVelocity(btVector3(0, 3 - 3 * btScalar(i), 0));
+  }
+  const btScalar time = simulation.step_length();
+  for (int step = 0; step < 20; ++step) {
+    btVector3 before[3], start[3];
+    for (int i = 0; i < 3; ++i) {
+      before[i] = momentum(*sheets[i], &btSoftBody::Node::m_v);
+      start[i] = momentum(*sheets[i], &btSoftBody::Node::m_x);
+    }
+    simulation.step(time);
+    for (int i = 0; i < 3; ++i) {
+      const btVector3 given = given_to(*sheets[i], simulation.detection().body_contacts());
+      const btVector3 expected = before[i] + btVector3(0, -kGravity * time, 0) + given;
+      EXPECT_NEAR(momentum_at_end(GetParam(), *sheets[i], start[i], time).distance(expected), 0, 3e-5)
+          << "kg m/s, of sheets that weigh 1 kg, in step " << step;
+    }
+  }
+}
+
 // A sheet on a free box, and one thrown at it: what the nodes give the box counts as their contacts with it.
 TEST(ContactImpulses, of_a_box_that_backs_nodes_are_what_all_get) {
   for (const World world : {World::deformable, World::attached_deformable}) {

@@ -41,11 +41,13 @@ void ClassicStep::process_late() const {
 /// Bullet has already moved rigid bodies.
 void ClassicStep::before_solver() const {
   queries.late_impulses.keep_velocities();
+  queries.find_late_contacts(bodies());
   queries.read_out.replay_solver(bodies());
 }
 
 void ClassicStep::end(btScalar time_step) const {
   queries.read_out.confirm_replay(bodies());
+  queries.late_contacts.solve(bodies(), queries.read_out.replayed_impulses());
   queries.late_impulses.answer(objects(), time_step, queries.read_out.replayed_impulses());
   queries.read_out.take_replayed_impulses();
   queries.prevent_crossings(bodies(), objects(), gate(), time_step);

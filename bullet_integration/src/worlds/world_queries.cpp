@@ -41,6 +41,16 @@ BackedNodes WorldQueries::backed_nodes(Span<btSoftBody* const> bodies) {
   }
 }
 
+void WorldQueries::find_late_contacts(Span<btSoftBody* const> bodies) {
+  late_contacts.clear();
+  if (settings_.detection != Detection::dcd || settings_.contacts == Contacts::all) return;
+  try {
+    late_contacts.find(bodies);
+  } catch (...) {
+    failed_responses_.note(settings_);
+  }
+}
+
 void WorldQueries::set_settings(const Settings& settings) {
   const Settings before = std::exchange(settings_, chosen(kind_, settings));
   try {

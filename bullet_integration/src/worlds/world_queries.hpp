@@ -12,6 +12,7 @@
 #include "crossings/crossing_prevention.hpp"
 #include "crossings/untangling.hpp"
 #include "questions/world_rays.hpp"
+#include "read_out/late_contacts.hpp"
 #include "read_out/late_impulses.hpp"
 #include "read_out/world_read_out.hpp"
 #include "rigid/convex_policy.hpp"
@@ -68,6 +69,9 @@ class WorldQueries {
   }
   /// Classic worlds: call it before the solver; see CrossingPrevention.
   void keep_starts(Span<btSoftBody* const> bodies);
+  /// Classic worlds: finds the contacts between soft bodies that late_contacts solves again. Call it right before the
+  /// solver. With `ccd` the last pass responds to them, and Contacts::all leaves them to Bullet.
+  void find_late_contacts(Span<btSoftBody* const> bodies);
   /// Returns whether the step's last pass prevents crossings of the body's nodes. With dcd it does so only near rigid
   /// meshes, where links and self-contacts can pull nodes through a mesh after its contacts were solved.
   bool prevents_crossings(const btSoftBody& body) const;
@@ -115,6 +119,7 @@ class WorldQueries {
   WorldReadOut read_out;
   WorldRays rays;
   LateImpulses late_impulses;  ///< used in classic worlds
+  LateContacts late_contacts;  ///< used in classic worlds
   /// Returns the world's broad phase, or null if that is gone.
   std::function<btBroadphaseInterface*()> broadphase = [] { return nullptr; };
   /// Whether the present step will call prevent_crossings(). A world that leaves its contacts to a Dispatcher sets it
