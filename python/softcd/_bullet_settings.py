@@ -67,7 +67,7 @@ class Untangle(enum.Enum):
     all = "all"
     """Those that intersect from the start, and those with filters, too."""
     automatic = "automatic"
-    """As all, without those with filters, and without soft bodies that start through each other in a deformable world."""
+    """As later, and with dcd also those that intersect from the start, except pairs of deformable bodies."""
 
 
 class ReadOut(enum.Enum):

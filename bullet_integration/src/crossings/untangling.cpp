@@ -202,10 +202,15 @@ bool Untangling::is_moved(const Pair& pair) const {
 
 bool Untangling::is_left_to_app(const Pair& pair) const {
   if (settings_.untangle == Untangle::all) return false;
+  return (pair.is_from_start && !parts_from_start(pair)) || has_filters(pair);
+}
+
+/// Returns whether Untangle::automatic moves a pair apart that intersects from the start. With `ccd` nothing drives such
+/// a pair.
+bool Untangling::parts_from_start(const Pair& pair) const {
+  if (settings_.untangle != Untangle::automatic || settings_.detection != Detection::dcd) return false;
   const bool is_with_mesh = mirror_.find(pair.bodies.b) == nullptr;
-  const bool parts_from_start =
-      settings_.untangle == Untangle::automatic && (is_with_mesh || kind_.parts_soft_bodies_from_start);
-  return (pair.is_from_start && !parts_from_start) || has_filters(pair);
+  return is_with_mesh || kind_.parts_soft_bodies_from_start;
 }
 
 /// Returns whether the app has set filters of one of the bodies. They may let nodes through.

@@ -89,6 +89,7 @@ class Untangling {
   bool is_search_step() const { return step_ % kStepsBetweenSearches == 1; }
   bool is_moved(const Pair& pair) const;
   bool is_left_to_app(const Pair& pair) const;
+  bool parts_from_start(const Pair& pair) const;
   bool has_filters(const Pair& pair) const;
   bool is_awake(const Pair& pair) const;
   bool was_in_world(const BodyKey& body) const;

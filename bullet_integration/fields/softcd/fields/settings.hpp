@@ -47,7 +47,7 @@ inline constexpr auto kHelpOf<&bullet::Settings::convex_shapes> =
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::untangle> =
     "Which bodies that intersect are moved apart: none (off), those that did not intersect when both were new (later), "
-    "or all. automatic: all without filters, but in the deformable world no soft bodies that start through each other";
+    "or all. automatic: later, and with dcd those that intersect from the start, except pairs of deformable bodies";
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::untangle_speed> =
     "The greatest speed, in metres a second, at which untangle moves a node; 0 chooses by the lengths of edges";

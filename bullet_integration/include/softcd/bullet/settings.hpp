@@ -57,8 +57,8 @@ enum class Untangle : std::uint32_t {
   off,
   later,  ///< those that did not intersect when both were first in the world
   all,    ///< those that intersect from the start, and those with filters, too
-  /// As `all`, without those with filters. In the deformable world soft bodies that intersect each other or themselves
-  /// from the start stay, too: there Bullet's contacts hold such bodies at rest. In classic worlds they drive them.
+  /// As `later`. With `dcd` also rigid meshes and soft bodies that intersect from the start, and in classic worlds soft
+  /// bodies that do so. There Bullet's contacts drive such bodies; in the deformable world they hold them at rest.
   automatic,
 };
 
