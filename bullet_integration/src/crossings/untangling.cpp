@@ -205,8 +205,8 @@ bool Untangling::is_left_to_app(const Pair& pair) const {
   return (pair.is_from_start && !parts_from_start(pair)) || has_filters(pair);
 }
 
-/// Returns whether Untangle::automatic moves a pair apart that intersects from the start. With `ccd` nothing drives such
-/// a pair.
+/// Returns whether Untangle::automatic moves a pair apart that intersects from the start. With `ccd` nothing drives
+/// such a pair.
 bool Untangling::parts_from_start(const Pair& pair) const {
   if (settings_.untangle != Untangle::automatic || settings_.detection != Detection::dcd) return false;
   const bool is_with_mesh = mirror_.find(pair.bodies.b) == nullptr;
