@@ -78,11 +78,10 @@ std::vector<nlohmann::json> results_with(const std::string& option, const std::v
   const TemporaryFolder folder;
   std::vector<nlohmann::json> results;
   for (const std::string& value : values) {
-    const Result result = run_program(SOFTCD_BENCH,
-                                      "apps --app locked-balls --world soft-rigid --iterations 4 --detection bullet "
-                                      "--seconds 0.1 " +
-                                          option + " " + value + " --json " + folder.file("json"),
-                                      folder);
+    std::string arguments =
+        "apps --app locked-balls --world soft-rigid --iterations 4 --detection bullet --seconds 0.1 ";
+    arguments.append(option).append(" ").append(value).append(" --json ").append(folder.file("json"));
+    const Result result = run_program(SOFTCD_BENCH, arguments, folder);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     const nlohmann::json apps = nlohmann::json::parse(folder.read("json")).at("apps");
     EXPECT_EQ(apps.size(), 1U);
