@@ -57,8 +57,8 @@ enum class Untangle : std::uint32_t {
   off,
   later,  ///< those that did not intersect when both were first in the world
   all,    ///< those that intersect from the start, and those with filters, too
-  /// As `later`. With `dcd` also rigid meshes and soft bodies that intersect from the start, and in classic worlds soft
-  /// bodies that do so. There Bullet's contacts drive such bodies; in the deformable world they hold them at rest.
+  /// Those of `later`. With `dcd` also bodies that intersect from the start: soft bodies and rigid meshes in all
+  /// worlds, soft bodies in classic worlds. In the deformable world Bullet's contacts hold such soft bodies at rest.
   automatic,
 };
 
