@@ -14,9 +14,7 @@ namespace {
 /// Collects the objects that a ray comes near, by the broad phase.
 class NearRay final : public btBroadphaseRayCallback {
  public:
-  NearRay(const btVector3& from, const btVector3& to, btCollisionWorld::RayResultCallback& callback,
-          std::pmr::memory_resource& memory)
-      : callback_(callback), soft_(&memory), others_(&memory) {
+  NearRay(const btVector3& from, const btVector3& to, std::pmr::memory_resource& memory) : objects_(&memory) {
     const btVector3 way = to - from;
     const btScalar length = way.length();
     for (int axis = 0; axis < 3; ++axis) {
@@ -28,24 +26,14 @@ class NearRay final : public btBroadphaseRayCallback {
   }
 
   bool process(const btBroadphaseProxy* proxy) override {
-    auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
-    if (!callback_.needsCollision(object->getBroadphaseHandle())) return true;
-    btSoftBody* body = object->getCollisionShape()->isSoftBody() ? btSoftBody::upcast(object) : nullptr;
-    if (body != nullptr) {
-      soft_.push_back(body);
-    } else {
-      others_.push_back(object);
-    }
+    objects_.push_back(static_cast<btCollisionObject*>(proxy->m_clientObject));
     return true;
   }
 
-  Span<btSoftBody* const> soft() const { return soft_; }
-  const std::pmr::vector<btCollisionObject*>& others() const { return others_; }
+  const std::pmr::vector<btCollisionObject*>& objects() const { return objects_; }
 
  private:
-  btCollisionWorld::RayResultCallback& callback_;
-  std::pmr::vector<btSoftBody*> soft_;
-  std::pmr::vector<btCollisionObject*> others_;
+  std::pmr::vector<btCollisionObject*> objects_;
 };
 
 /// Returns the segment without its ends.
@@ -63,8 +51,11 @@ void WorldRays::test(btBroadphaseInterface& broadphase, Span<btSoftBody* const> 
                      const NativeTest& test_natively) {
   std::array<std::byte, 2048> buffer;  // enough for a ray near few objects
   std::pmr::monotonic_buffer_resource memory(buffer.data(), buffer.size());
-  NearRay nearby(from, to, callback, memory);
-  broadphase.rayTest(from, to, nearby);
+  NearRay nearby(from, to, memory);
+  {
+    const std::lock_guard lock(broadphase_mutex_);
+    broadphase.rayTest(from, to, nearby);
+  }
   const btTransform begin(btQuaternion::getIdentity(), from);
   const btTransform end(btQuaternion::getIdentity(), to);
   const auto test_object = [&](btCollisionObject& object) {
@@ -72,14 +63,23 @@ void WorldRays::test(btBroadphaseInterface& broadphase, Span<btSoftBody* const> 
     if (callback.m_closestHitFraction == 0) return;
     test_natively(begin, end, &object, object.getCollisionShape(), object.getWorldTransform(), callback);
   };
-  for (btCollisionObject* object : nearby.others()) test_object(*object);
-  if (nearby.soft().empty()) return;
+  std::pmr::vector<btSoftBody*> soft(&memory);
+  for (btCollisionObject* object : nearby.objects()) {
+    if (!callback.needsCollision(object->getBroadphaseHandle())) continue;
+    btSoftBody* body = object->getCollisionShape()->isSoftBody() ? btSoftBody::upcast(object) : nullptr;
+    if (body != nullptr) {
+      soft.push_back(body);
+    } else {
+      test_object(*object);
+    }
+  }
+  if (soft.empty()) return;
   Hits hits(&memory);
-  hits.reserve(nearby.soft().size());
-  if (find_hits(nearby.soft(), bodies, open_segment(from, to), hits)) {
+  hits.reserve(soft.size());
+  if (find_hits(soft, bodies, open_segment(from, to), hits)) {
     for (const Hit& hit : hits) report(hit, callback);
   } else {
-    for (btSoftBody* body : nearby.soft()) test_object(*body);
+    for (btSoftBody* body : soft) test_object(*body);
   }
 }
 

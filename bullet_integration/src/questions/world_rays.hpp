@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory_resource>
+#include <mutex>
 #include <shared_mutex>
 #include <unordered_map>
 #include <vector>
@@ -18,8 +19,8 @@ namespace softcd::bullet {
 /// traced on the calling thread, in a hierarchy that is kept for the body.
 ///
 /// While nodes may move, every ray compares all nodes and triangles of nearby bodies with those read last. Otherwise a
-/// ray compares the bodies' sizes and bounds, and the triangles that it hits. Like Bullet's ray tests, usable from any
-/// number of threads at once, as long as nothing else changes the world. Owned by WorldQueries, or by a WorldProbe.
+/// ray compares the bodies' sizes and bounds, and the triangles that it hits. Usable from any number of threads at once,
+/// as long as nothing else changes the world. Owned by WorldQueries, or by a WorldProbe.
 class WorldRays {
  public:
   /// `settings` must outlive it.
@@ -74,6 +75,8 @@ class WorldRays {
   std::uint64_t revision_ = 1;
   std::unordered_map<BodyKey, Member, BodyKeyHash> members_;  ///< bodies that rays have come near
   std::shared_mutex mutex_;                                   ///< protects the members and failures
+  /// A btDbvtBroadphase of a Bullet without BT_THREADSAFE tests all rays with one stack.
+  std::mutex broadphase_mutex_;
   Failures failures_{"the ray test is Bullet's own"};
 };
 
