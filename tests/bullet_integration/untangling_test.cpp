@@ -1,120 +1,18 @@
-// Soft bodies that start through each other, or through themselves, with Settings::untangle.
+// Soft bodies that intersect each other, or themselves, with Settings::untangle.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <optional>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
 
 #include "BulletCollision/CollisionShapes/btSphereShape.h"
-#include "attached_worlds.hpp"
-#include "scenes/intersecting_bodies.hpp"
-#include "scenes/penetration.hpp"
+#include "untangling_support.hpp"
 
 namespace softcd::test {
 namespace {
-
-constexpr int kMostSteps = 200;
-
-bullet::Settings untangling(Detection detection, bullet::Untangle untangle = bullet::Untangle::all) {
-  bullet::Settings settings = detection == Detection::ccd ? careful_settings() : cpu_settings();
-  settings.self_collision = bullet::SelfCollision::all;
-  settings.untangle = untangle;
-  settings.untangle_speed = 1;
-  return settings;
-}
-
-/// Intersecting bodies in a world without gravity.
-class Tangle {
- public:
-  Tangle(const char* name, World world, const bullet::Settings& settings, bool has_meshes = true)
-      : Tangle(demo::find_intersecting_bodies(name), world, settings, has_meshes) {}
-  /// `unit` is a metre in the units of length of the soft bodies.
-  Tangle(const demo::IntersectingBodies& bodies, World world, const bullet::Settings& settings, bool has_meshes = true,
-         btScalar unit = 1)
-      : simulation_(world, settings) {
-    simulation_.set_gravity(btVector3(0, 0, 0));
-    simulation_.world().setGravity(btVector3(0, 0, 0));
-    const demo::World kind = is_deformable(world) ? demo::World::deformable : demo::World::classic;
-    for (auto& body : bodies.make(simulation_.world_info(), kind, 12)) {
-      if (unit != 1) {
-        body->scale(btVector3(unit, unit, unit));
-        body->getCollisionShape()->setMargin(unit * body->getCollisionShape()->getMargin());
-      }
-      bodies_.push_back(&simulation_.add(std::move(body)));
-    }
-    meshes_.emplace(
-        has_meshes ? bodies : demo::IntersectingBodies{},
-        simulation_.world_info(), [this](auto shape, const btVector3& center, btScalar mass) -> auto& {
-          return simulation_.add_rigid(std::move(shape), center, mass);
-        });
-  }
-
-  void step() {
-    simulation_.step();
-    double energy = 0;
-    for (const btSoftBody* body : bodies_) {
-      for (int n = 0; n < body->m_nodes.size(); ++n) {
-        const btSoftBody::Node& node = body->m_nodes[n];
-        if (!(node.m_im > 0)) continue;
-        energy += double(node.m_v.length2() / node.m_im) / 2;
-        fastest_ = std::max(fastest_, double(node.m_v.length()));
-      }
-    }
-    energy_ = std::max(energy_, energy);
-  }
-  /// Returns the number of steps after which nothing intersects, or kMostSteps.
-  int steps_until_clean() {
-    for (int steps = 1; steps < kMostSteps; ++steps) {
-      step();
-      if (pairs().empty() && edges() == 0) return steps;
-    }
-    return kMostSteps;
-  }
-
-  AnySimulation& simulation() { return simulation_; }
-  const std::vector<bullet::IntersectingBodies>& pairs() { return simulation_.detection().intersecting_bodies(); }
-  std::size_t edges() {
-    std::vector<const btSoftBody*> all = bodies_;
-    meshes_->append_copies(all);
-    return demo::find_intersections(all).edge_count;
-  }
-  const std::vector<btRigidBody*>& rigid_bodies() const { return meshes_->bodies(); }
-  double fastest() const { return fastest_; }
-  double greatest_energy() const { return energy_; }
-  double mass() const {
-    double mass = 0;
-    for (const btSoftBody* body : bodies_) mass += double(body->getTotalMass());
-    return mass;
-  }
-  /// The velocity of the common centre of mass; 0 if something is held.
-  double drift() const {
-    btVector3 momentum(0, 0, 0);
-    double mass = 0;
-    for (const btRigidBody* body : rigid_bodies()) {
-      if (!(body->getInvMass() > 0)) return 0;
-      momentum += body->getLinearVelocity() / body->getInvMass();
-      mass += 1 / double(body->getInvMass());
-    }
-    for (const btSoftBody* body : bodies_) {
-      for (int n = 0; n < body->m_nodes.size(); ++n) {
-        const btSoftBody::Node& node = body->m_nodes[n];
-        if (!(node.m_im > 0)) return 0;
-        momentum += node.m_v / node.m_im;
-        mass += 1 / double(node.m_im);
-      }
-    }
-    return double(momentum.length()) / mass;
-  }
-
- private:
-  AnySimulation simulation_;
-  std::vector<const btSoftBody*> bodies_;
-  std::optional<demo::RigidMeshes> meshes_;
-  double fastest_ = 0, energy_ = 0;
-};
 
 /// Greatest speed of a node, m/s, and kinetic energy, J/kg: one and a half times the measured ones in classic worlds.
 /// Springs throw nodes back that the untangling has moved at 1 m/s.
@@ -325,14 +223,6 @@ TEST(UntanglingLimits, a_speed_out_of_range_is_refused) {
   EXPECT_THROW(AnySimulation(World::one_line, settings), InvalidInput);
 }
 
-/// Moves a body, at rest.
-void shift(btSoftBody& body, const btVector3& offset) {
-  for (int n = 0; n < body.m_nodes.size(); ++n) {
-    body.m_nodes[n].m_x += offset;
-    body.m_nodes[n].m_q = body.m_nodes[n].m_x;
-  }
-}
-
 class UntanglingLater : public testing::TestWithParam<std::tuple<World, Detection>> {
  protected:
   Tangle tangle{"two-balls", std::get<World>(GetParam()),
@@ -402,79 +292,7 @@ TEST_P(UntanglingLater, leaves_bodies_with_filters_to_the_app) {
   EXPECT_GT(tangle.edges(), 0U);
 }
 
-std::string name_of_later(const testing::TestParamInfo<UntanglingLater::ParamType>& parameter) {
-  const bool is_continuous = std::get<Detection>(parameter.param) == Detection::ccd;
-  return name_of(std::get<World>(parameter.param)) + (is_continuous ? "_ccd" : "_dcd");
-}
-
 INSTANTIATE_TEST_SUITE_P(InEveryWorld, UntanglingLater,
-                         testing::Combine(kLookingWorlds, testing::Values(Detection::dcd, Detection::ccd)),
-                         name_of_later);
-
-class UntanglingLaterMeshes : public testing::TestWithParam<std::tuple<World, Detection>> {
- protected:
-  void shift_cloth(btScalar distance) { shift(cloth, btVector3(distance, 0, 0)); }
-  void sleep(int steps) {
-    for (int n = 0; n < cloth.m_nodes.size(); ++n) {
-      cloth.m_nodes[n].m_v.setZero();
-      cloth.m_nodes[n].m_splitv.setZero();
-    }
-    cloth.forceActivationState(ISLAND_SLEEPING);
-    for (int i = 0; i < steps; ++i) tangle.step();
-    cloth.forceActivationState(ACTIVE_TAG);
-  }
-  void expect_to_part() {
-    ASSERT_GT(tangle.edges(), 0U);
-    int steps = 0;
-    for (; steps < kMostSteps && tangle.edges() > 0; ++steps) tangle.step();
-    EXPECT_LT(steps, kMostSteps);
-  }
-  void expect_to_stay() {
-    for (int i = 0; i < 40; ++i) {
-      tangle.step();
-      EXPECT_TRUE(tangle.pairs().empty()) << "step " << i;
-    }
-    EXPECT_GT(tangle.edges(), 0U);
-  }
-
-  Tangle tangle{"cloth-in-mesh", std::get<World>(GetParam()),
-                untangling(std::get<Detection>(GetParam()), bullet::Untangle::later)};
-  btSoftBody& cloth = *tangle.simulation().bodies()[0];
-};
-
-TEST_P(UntanglingLaterMeshes, parts_a_body_from_a_mesh_that_it_meets_after_the_first_step) {
-  shift_cloth(5);
-  tangle.simulation().step_once();
-  shift_cloth(-5);
-  expect_to_part();
-}
-
-TEST_P(UntanglingLaterMeshes, parts_a_body_that_has_met_a_mesh_and_slept) {
-  shift_cloth(5);
-  tangle.simulation().step_once();
-  shift_cloth(-5);
-  for (int i = 0; i < 2; ++i) tangle.step();
-  ASSERT_EQ(tangle.pairs().size(), 1U);
-  sleep(5);
-  expect_to_part();
-}
-
-TEST_P(UntanglingLaterMeshes, leaves_a_body_that_has_slept_where_the_app_has_placed_it) {
-  for (int i = 0; i < 5; ++i) tangle.step();
-  sleep(5);
-  expect_to_stay();
-}
-
-TEST_P(UntanglingLaterMeshes, leaves_a_mesh_that_is_added_into_a_body) {
-  btRigidBody& mesh = *tangle.rigid_bodies()[0];
-  btDiscreteDynamicsWorld& world = tangle.simulation().world();
-  world.removeRigidBody(&mesh);
-  for (int i = 0; i < 5; ++i) tangle.step();
-  world.addRigidBody(&mesh);
-  expect_to_stay();
-}
-
-INSTANTIATE_TEST_SUITE_P(InEveryWorld, UntanglingLaterMeshes,
                          testing::Combine(kLookingWorlds, testing::Values(Detection::dcd, Detection::ccd)),
                          name_of_later);
 
@@ -602,99 +420,6 @@ TEST_P(UntanglingImpulses, are_read_out_as_what_changes_the_momentum) {
 }
 
 INSTANTIATE_TEST_SUITE_P(InBothKinds, UntanglingImpulses, testing::Values(World::one_line, World::deformable),
-                         world_name);
-
-class UntanglingConvex : public testing::TestWithParam<World> {};
-
-/// Bullet's own contacts know the inside of a convex shape, and lead nodes out of it, slowly.
-TEST_P(UntanglingConvex, is_left_to_bullets_own_contacts) {
-  Tangle tangle("cloth-in-mesh", GetParam(), untangling(Detection::dcd), /*has_meshes=*/false);
-  const btVector3 center(btScalar(0.05), btScalar(0.15), btScalar(0.02));
-  constexpr btScalar kRadius = btScalar(0.25);
-  tangle.simulation().add_rigid(std::make_unique<btSphereShape>(kRadius), center);
-  const auto inside = [&] {
-    const btSoftBody& cloth = *tangle.simulation().bodies()[0];
-    int count = 0;
-    for (int n = 0; n < cloth.m_nodes.size(); ++n) count += cloth.m_nodes[n].m_x.distance(center) < kRadius ? 1 : 0;
-    return count;
-  };
-  const int first = inside();
-  for (int i = 0; i < 60; ++i) tangle.step();
-  EXPECT_TRUE(tangle.pairs().empty());
-  EXPECT_LT(4 * inside(), 3 * first);
-  EXPECT_LT(tangle.fastest(), 1);
-}
-
-INSTANTIATE_TEST_SUITE_P(InBothKinds, UntanglingConvex, testing::Values(World::one_line, World::deformable),
-                         world_name);
-
-class UntanglingMeshes : public testing::TestWithParam<World> {};
-
-TEST_P(UntanglingMeshes, are_reported) {
-  Tangle tangle("cloth-in-mesh", GetParam(), untangling(Detection::dcd));
-  tangle.simulation().step_once();
-  ASSERT_EQ(tangle.pairs().size(), 1U);
-  EXPECT_EQ(tangle.pairs()[0].a, tangle.simulation().bodies()[0]);
-  EXPECT_EQ(tangle.pairs()[0].b, tangle.rigid_bodies()[0]);
-  EXPECT_EQ(tangle.pairs()[0].steps, 1U);
-  EXPECT_GT(tangle.pairs()[0].curve_length, 1);
-}
-
-/// The mesh follows the cloth that moves out of it.
-TEST_P(UntanglingMeshes, that_are_kinematic_keep_their_motion) {
-  Tangle tangle("cloth-in-mesh", GetParam(), untangling(Detection::ccd));
-  btRigidBody& mesh = *tangle.rigid_bodies()[0];
-  mesh.setCollisionFlags(mesh.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
-  mesh.setActivationState(DISABLE_DEACTIVATION);
-  btTransform place = btTransform::getIdentity();
-  int steps = 0;
-  for (; steps < kMostSteps && (steps < 2 || !tangle.pairs().empty()); ++steps) {
-    place.getOrigin() += btVector3(0, btScalar(-0.3) * tangle.simulation().step_length(), 0);
-    mesh.setWorldTransform(place);
-    tangle.simulation().step_once();
-  }
-  EXPECT_LT(steps, kMostSteps);
-  EXPECT_EQ(tangle.edges(), 0U);
-  EXPECT_EQ(mesh.getWorldTransform().getOrigin(), place.getOrigin());
-}
-
-constexpr btScalar kLargeRadius = btScalar(1.5);
-
-/// Most of the cloth is inside a mesh that is larger than it. The part of the mesh near the cloth is open, and the
-/// smaller part of the cloth is outside.
-TEST_P(UntanglingMeshes, that_are_large_have_an_inside) {
-  const demo::IntersectingBodies bodies = {
-      "", "",
-      [](btSoftBodyWorldInfo& info, demo::World kind, int size) {
-        auto made = demo::find_intersecting_bodies("cloth-in-mesh").make(info, kind, size);
-        for (int n = 0; n < made[0]->m_nodes.size(); ++n) {
-          made[0]->m_nodes[n].m_x += btVector3(kLargeRadius - btScalar(0.3), 0, 0);
-          made[0]->m_nodes[n].m_q = made[0]->m_nodes[n].m_x;
-        }
-        return made;
-      },
-      [] {
-        return std::vector<demo::MeshBody>{{demo::sphere_mesh(btVector3(0, 0, 0), kLargeRadius, 4), 0}};
-      }};
-  Tangle tangle(bodies, GetParam(), untangling(Detection::dcd));
-  EXPECT_LT(tangle.steps_until_clean(), kMostSteps);
-  const btSoftBody& cloth = *tangle.simulation().bodies()[0];
-  for (int n = 0; n < cloth.m_nodes.size(); ++n) {
-    ASSERT_GT(cloth.m_nodes[n].m_x.length(), btScalar(0.98) * kLargeRadius) << "node " << n;
-  }
-}
-
-/// Impulses on the mesh and the cloth are equal and opposite. The cloth's damping takes momentum as well.
-TEST_P(UntanglingMeshes, that_are_free_keep_the_common_momentum) {
-  Tangle tangle("cloth-in-free-mesh", GetParam(), untangling(Detection::dcd));
-  for (int i = 0; i < 4; ++i) {
-    tangle.simulation().step_once();
-    EXPECT_LT(tangle.drift(), 5e-4);
-  }
-  EXPECT_GT(tangle.rigid_bodies()[0]->getLinearVelocity().length(), 0.005);
-}
-
-INSTANTIATE_TEST_SUITE_P(InBothKinds, UntanglingMeshes, testing::Values(World::one_line, World::deformable),
                          world_name);
 
 /// Impulses and shifts are equal and opposite, and the deformable solver keeps momentum.
