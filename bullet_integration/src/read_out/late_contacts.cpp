@@ -22,38 +22,9 @@ const btSoftBody::Face* first_face(const btSoftBody& body) {
   return body.m_faces.size() > 0 ? &body.m_faces[0] : nullptr;
 }
 
-/// The place of each node's body.
-class NodeOwners {
- public:
-  explicit NodeOwners(Span<btSoftBody* const> bodies) {
-    for (std::uint32_t i = 0; i < bodies.size(); ++i) {
-      const Node* const begin = first_node(*bodies[i]);
-      if (begin != nullptr) ranges_.push_back({begin, begin + bodies[i]->m_nodes.size(), i});
-    }
-    std::sort(ranges_.begin(), ranges_.end(),
-              [](const Range& a, const Range& b) { return is_before(a.begin, b.begin); });
-  }
-
-  /// Returns kNoIndex for a node of no body. Contacts of the same bodies follow each other.
-  std::uint32_t owner_of(const Node* node) {
-    if (last_ < ranges_.size() && ranges_[last_].has(node)) return ranges_[last_].owner;
-    const auto after = std::upper_bound(ranges_.begin(), ranges_.end(), node,
-                                        [](const Node* n, const Range& range) { return is_before(n, range.begin); });
-    if (after == ranges_.begin() || !std::prev(after)->has(node)) return kNoIndex;
-    last_ = static_cast<std::size_t>(std::prev(after) - ranges_.begin());
-    return ranges_[last_].owner;
-  }
-
- private:
-  static bool is_before(const Node* a, const Node* b) { return std::less<>()(a, b); }
-  struct Range {
-    const Node *begin, *end;
-    std::uint32_t owner;
-    bool has(const Node* node) const { return !is_before(node, begin) && is_before(node, end); }
-  };
-  std::vector<Range> ranges_;
-  std::size_t last_ = 0;
-};
+bool is_before(const Node* a, const Node* b) {
+  return std::less<>()(a, b);
+}
 
 void add_once(std::vector<std::uint32_t>& places, std::uint32_t place) {
   const auto at = std::lower_bound(places.begin(), places.end(), place);
@@ -89,25 +60,59 @@ void push_apart(const btSoftBody::SContact& contact, btScalar margins) {
 
 }  // namespace
 
+void LateContacts::Body::reset(btSoftBody& of) {
+  body = &of;
+  nodes = first_node(of);
+  faces = first_face(of);
+  touched.clear();
+  others.clear();
+  is_pushed_late = is_moved = false;
+}
+
+bool LateContacts::NodeOwners::Range::has(const Node* node) const {
+  return !is_before(node, begin) && is_before(node, end);
+}
+
+void LateContacts::NodeOwners::reset(Span<btSoftBody* const> bodies) {
+  ranges_.clear();
+  last_ = 0;
+  for (std::uint32_t i = 0; i < bodies.size(); ++i) {
+    const Node* const begin = first_node(*bodies[i]);
+    if (begin != nullptr) ranges_.push_back({begin, begin + bodies[i]->m_nodes.size(), i});
+  }
+  std::sort(ranges_.begin(), ranges_.end(), [](const Range& a, const Range& b) { return is_before(a.begin, b.begin); });
+}
+
+std::uint32_t LateContacts::NodeOwners::owner_of(const Node* node) {
+  if (last_ < ranges_.size() && ranges_[last_].has(node)) return ranges_[last_].owner;
+  const auto after = std::upper_bound(ranges_.begin(), ranges_.end(), node,
+                                      [](const Node* n, const Range& range) { return is_before(n, range.begin); });
+  if (after == ranges_.begin() || !std::prev(after)->has(node)) return kNoIndex;
+  last_ = static_cast<std::size_t>(std::prev(after) - ranges_.begin());
+  return ranges_[last_].owner;
+}
+
 void LateContacts::find(Span<btSoftBody* const> bodies) {
   clear();
   if (bodies.size() < 3) return;
-  std::vector<Body> found;
-  NodeOwners owners(bodies);
-  for (btSoftBody* body : bodies) found.push_back({body, first_node(*body), first_face(*body)});
-  for (std::uint32_t i = 0; i < found.size(); ++i) {
-    for (const btSoftBody::SContact& contact : span_of(found[i].body->m_scontacts)) {
-      const std::uint32_t other = owners.owner_of(contact.m_face->m_n[0]);
-      found[i].others.push_back(other != kNoIndex ? other : i);
-      if (found[i].others.back() == i) continue;
-      add_once(found[i].touched, other);
-      add_once(found[other].touched, i);
+  owners_.reset(bodies);
+  if (bodies.size() > bodies_.size()) bodies_.resize(bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) bodies_[i].reset(*bodies[i]);
+  for (std::uint32_t i = 0; i < bodies.size(); ++i) {
+    Body& each = bodies_[i];
+    for (const btSoftBody::SContact& contact : span_of(each.body->m_scontacts)) {
+      const std::uint32_t other = owners_.owner_of(contact.m_face->m_n[0]);
+      each.others.push_back(other != kNoIndex ? other : i);
+      if (each.others.back() == i) continue;
+      add_once(each.touched, other);
+      add_once(bodies_[other].touched, i);
     }
   }
-  bodies_ = std::move(found);
-  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
-    bodies_[i].is_pushed_late = std::any_of(bodies_[i].touched.begin(), bodies_[i].touched.end(),
-                                            [&](std::uint32_t other) { return is_pushed_late(i, other); });
+  count_ = bodies.size();
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    Body& each = bodies_[i];
+    each.is_pushed_late = std::any_of(each.touched.begin(), each.touched.end(),
+                                      [&](std::uint32_t other) { return is_pushed_late(i, other); });
   }
 }
 
@@ -139,7 +144,7 @@ void LateContacts::solve(Span<btSoftBody* const> bodies, ContactImpulses* impuls
     return std::find(bodies.begin(), bodies.end(), each.body) != bodies.end() && each.nodes == first_node(*each.body) &&
            each.faces == first_face(*each.body);
   };
-  for (std::size_t i = bodies_.size(); i-- > 0;) {
+  for (std::size_t i = count_; i-- > 0;) {
     Body& each = bodies_[i];
     if (!each.is_pushed_late || !is_unchanged(each) || !can_be_solved(*each.body)) continue;
     if (each.others.size() != static_cast<std::size_t>(each.body->m_scontacts.size())) continue;
@@ -150,7 +155,7 @@ void LateContacts::solve(Span<btSoftBody* const> bodies, ContactImpulses* impuls
     each.is_moved = true;
     for (const std::uint32_t other : each.touched) bodies_[other].is_moved = true;
   }
-  for (const Body& each : bodies_) {
+  for (const Body& each : found()) {
     if (each.is_moved) each.body->updateNormals();
   }
   clear();

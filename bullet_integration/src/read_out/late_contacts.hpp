@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -17,7 +18,7 @@ namespace softcd::bullet {
 /// once more, those of the last body first. Velocities stay, as Bullet sets them before. Owned by WorldQueries.
 class LateContacts {
  public:
-  void clear() { bodies_.clear(); }
+  void clear() { count_ = 0; }
   /// Finds the bodies to solve again. Call it right before Bullet's solver, when all contacts are in the arrays.
   /// `bodies` are the world's, in the solver's order. Throws std::bad_alloc, and solve() then does nothing.
   void find(Span<btSoftBody* const> bodies);
@@ -28,19 +29,43 @@ class LateContacts {
 
  private:
   struct Body {
-    btSoftBody* body;
-    const btSoftBody::Node* nodes;  ///< where the contacts refer to; the body may have others when solve() is called
-    const btSoftBody::Face* faces;
-    std::vector<std::uint32_t> touched = {};  ///< places in bodies_, ascending
-    std::vector<std::uint32_t> others = {};   ///< the place of each contact's other body
-    bool is_pushed_late = false;              ///< whether to solve its contacts again
-    bool is_moved = false;                    ///< by solve()
+    btSoftBody* body = nullptr;
+    /// Where the contacts refer to; the body may have others when solve() is called.
+    const btSoftBody::Node* nodes = nullptr;
+    const btSoftBody::Face* faces = nullptr;
+    std::vector<std::uint32_t> touched;  ///< places in bodies_, ascending
+    std::vector<std::uint32_t> others;   ///< the place of each contact's other body
+    bool is_pushed_late = false;         ///< whether to solve its contacts again
+    bool is_moved = false;               ///< by solve()
+
+    void reset(btSoftBody& of);
   };
 
+  /// The place of each node's body.
+  class NodeOwners {
+   public:
+    void reset(Span<btSoftBody* const> bodies);
+    /// Returns kNoIndex for a node of no body. Contacts of the same bodies follow each other.
+    std::uint32_t owner_of(const btSoftBody::Node* node);
+
+   private:
+    struct Range {
+      const btSoftBody::Node *begin, *end;
+      std::uint32_t owner;
+      bool has(const btSoftBody::Node* node) const;
+    };
+    std::vector<Range> ranges_;  ///< by address
+    std::size_t last_ = 0;
+  };
+
+  Span<Body> found() { return {bodies_.data(), count_}; }
   bool is_pushed_late(std::uint32_t one, std::uint32_t other) const;
   void solve(const Body& owner, ContactImpulses* impulses) const;
 
+  // Both keep their memory from step to step.
   std::vector<Body> bodies_;
+  NodeOwners owners_;
+  std::size_t count_ = 0;  ///< of the bodies that were found in this step, the first of bodies_
 };
 
 }  // namespace softcd::bullet
