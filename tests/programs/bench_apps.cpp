@@ -49,6 +49,20 @@ TEST(BenchApps, of_soft_bodies_on_soft_bodies_have_no_more_crossings_than_with_b
   }
 }
 
+/// In the deformable world each contact of a node slows the approach by itself. With one of them for all, the cloths
+/// would go through each other.
+TEST(BenchApps, of_cloths_on_cloths_have_no_crossing_with_fast_in_the_deformable_world) {
+  const TemporaryFolder folder;
+  const Result result = run_program(
+      SOFTCD_BENCH,
+      "apps --app pile-of-cloths --world deformable --detection fast --seconds 1.5 --json " + folder.file("json"),
+      folder);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json runs = nlohmann::json::parse(folder.read("json")).at("apps");
+  ASSERT_EQ(runs.size(), 1U);
+  EXPECT_EQ(runs[0]["frames_with_crossings"], 0) << runs[0];
+}
+
 TEST(BenchApps, say_in_which_figures_a_preset_is_worse_than_bullet) {
   const TemporaryFolder folder;
   const Result result =

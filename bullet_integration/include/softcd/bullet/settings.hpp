@@ -37,8 +37,8 @@ enum class EdgeContacts : std::uint32_t {
 enum class Contacts : std::uint32_t {
   all,  ///< all within the margin: a node over an edge has two, over a corner about six, with the same normal
   /// One for each place where the body's surface is nearest to the node, such as each layer of a fold. The kept contact
-  /// carries the push and friction of those dropped. Classic worlds also choose among contacts of edges.
-  /// docs/use/bullet.md has the rule.
+  /// carries the push and friction of those dropped. Classic worlds also choose among contacts of edges. In the
+  /// deformable world the kept contacts hold less than all. docs/use/bullet.md has the rule.
   closest_feature,
   automatic,  ///< closest_feature in classic worlds with Detection::dcd, otherwise all
 };
@@ -141,8 +141,8 @@ struct Settings {
 
   // Presets. Each is a value whose members can be changed further.
 
-  /// Returns settings for the shortest step: Bullet's own rules, in float, with Contacts::closest_feature, and no
-  /// contacts of edges.
+  /// Returns settings for the shortest step: Bullet's own rules, in float, in classic worlds with
+  /// Contacts::closest_feature, and no contacts of edges.
   static Settings fast();
   /// Returns the default: discrete detection. The kind of world chooses the rest, see EdgeContacts and Contacts.
   static Settings balanced() { return {}; }
@@ -156,7 +156,6 @@ inline Settings Settings::fast() {
   Settings settings;
   settings.accuracy = Accuracy::fast;
   settings.edge_contacts = EdgeContacts::off;
-  settings.contacts = Contacts::closest_feature;
   settings.untangle = Untangle::off;
   return settings;
 }
