@@ -19,8 +19,8 @@ namespace softcd::bullet {
 /// traced on the calling thread, in a hierarchy that is kept for the body.
 ///
 /// While nodes may move, every ray compares all nodes and triangles of nearby bodies with those read last. Otherwise a
-/// ray compares the bodies' sizes and bounds, and the triangles that it hits. Usable from any number of threads at once,
-/// as long as nothing else changes the world. Owned by WorldQueries, or by a WorldProbe.
+/// ray compares the bodies' sizes and bounds, and the triangles that it hits. Usable from any number of threads at
+/// once, as long as nothing else changes the world. Owned by WorldQueries, or by a WorldProbe.
 class WorldRays {
  public:
   /// `settings` must outlive it.
