@@ -149,8 +149,8 @@ void CrossingPrevention::update_positions(const HeldNodes& held, btScalar time_s
 /// Returns whether the features are released as tangled. If edges get responses, no edge passes through another. So
 /// tangled features were tangled from the beginning, and must be able to separate. Without these responses tangles come
 /// and go, and vertices must still not pass through faces.
-bool CrossingPrevention::is_released(const MemberContact& found) const {
-  return answers_edges(settings_) && is_tangled(found, kind_.ends);
+bool CrossingPrevention::is_released(const MemberContact& found, FirstFan& first) const {
+  return answers_edges(settings_) && is_tangled(found, kind_.ends, first);
 }
 
 /// Returns whether a node of the contact moves out of the other side's object.
@@ -177,11 +177,12 @@ bool CrossingPrevention::may_stay(const MemberContact& found) const {
 std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   std::vector<Impact> impacts;
   std::uint64_t excepted = 0;
+  FirstFan first;
   mirror_.for_each_contact(query_.detect(pairs), [&](const MemberContact& found) {
     if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
     if (is_of_unanswered_link(found)) return;
     if (moves_out(found)) return;
-    if (is_released(found)) {
+    if (is_released(found, first)) {
       ++excepted;
       tangled_.add(found.contact, TangleReason::start);
     } else if (!may_stay(found)) {

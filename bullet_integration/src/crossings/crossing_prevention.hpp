@@ -70,7 +70,7 @@ class CrossingPrevention {
   const std::vector<CrossingImpulse>& impulses() const { return impulses_.impulses(); }
 
  private:
-  bool is_released(const MemberContact& found) const;
+  bool is_released(const MemberContact& found, FirstFan& first) const;
   bool moves_out(const MemberContact& found) const;
   bool is_of_unanswered_link(const MemberContact& found) const;
   bool may_stay(const MemberContact& found) const;
