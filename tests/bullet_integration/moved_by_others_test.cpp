@@ -285,5 +285,85 @@ TEST_P(MovedAsleep, by_what_lies_on_them_do_not_get_through_the_next) {
   EXPECT_TRUE(warnings.empty()) << warnings[0];
 }
 
+std::vector<btVector3> values_of(const btSoftBody& body, btVector3 btSoftBody::Node::*member) {
+  std::vector<btVector3> values;
+  for (int n = 0; n < body.m_nodes.size(); ++n) values.push_back(body.m_nodes[n].*member);
+  return values;
+}
+
+class DisabledBodies : public testing::TestWithParam<World> {};
+INSTANTIATE_TEST_SUITE_P(Worlds, DisabledBodies, kWorlds, world_name);
+
+// Contacts alone would move them in each step, and no spring would move them back.
+TEST_P(DisabledBodies, stay_under_bodies_that_fall_on_them) {
+  for (const bullet::Settings& settings : {cpu_settings(), careful_settings(), bullet::Settings::safe()}) {
+    AnySimulation simulation(GetParam(), settings);
+    simulation.set_gravity(btVector3(0, -10, 0));
+    SheetOptions options;
+    options.margin = btScalar(0.02);
+    btSoftBody& disabled = simulation.add(make_sheet(simulation.world_info(), options));
+    options.height = btScalar(0.1);
+    options.side = btScalar(0.8);
+    const btSoftBody& falling = simulation.add(make_sheet(simulation.world_info(), options));
+    disabled.forceActivationState(DISABLE_SIMULATION);
+    const std::vector<btVector3> places = values_of(disabled, &btSoftBody::Node::m_x);
+    for (int step = 0; step < 30; ++step) simulation.step();
+    EXPECT_EQ(values_of(disabled, &btSoftBody::Node::m_x), places);
+    EXPECT_EQ(momentum(disabled, &btSoftBody::Node::m_v), btVector3(0, 0, 0));
+    EXPECT_GT(lowest_height(falling), 0);
+    EXPECT_LT(mean_height(falling), 0.06) << "it lies there";
+
+    simulation.set_gravity(btVector3(0, 0, 0));
+    disabled.forceActivationState(ACTIVE_TAG);
+    for (int step = 0; step < 5; ++step) simulation.step();
+    EXPECT_LT(momentum(disabled, &btSoftBody::Node::m_v).length(), 0.1) << "of one kilogram";
+  }
+}
+
+class MovedWithoutSimulation : public MovedByOthers {};
+INSTANTIATE_TEST_SUITE_P(Worlds, MovedWithoutSimulation, kLookingWorlds, world_name);
+
+// A body that the app stops in flight keeps its velocity, but does not move by it.
+TEST_P(MovedWithoutSimulation, do_not_throw_bodies_by_velocities_that_they_keep) {
+  btSoftBody& stopped = add_sheet(0, /*fixed=*/false);
+  btSoftBody& thrown = add_sheet(btScalar(0.05), /*fixed=*/false, 6);
+  const btVector3 velocity(0, 20, 0);
+  send(stopped, velocity);
+  stopped.forceActivationState(DISABLE_SIMULATION);
+  send(thrown, -velocity);
+  const double energy = kinetic_energy(thrown);
+  simulation.step_once();
+  EXPECT_EQ(count_intersections(), 0U);
+  EXPECT_EQ(mean_height(stopped), 0);
+  EXPECT_EQ(stopped.m_nodes[0].m_v, velocity);
+  EXPECT_LT(kinetic_energy(thrown), energy / 2);
+}
+
+TEST_P(MovedWithoutSimulation, do_not_push_bodies_within_their_margins_by_these_velocities) {
+  btSoftBody& stopped = add_sheet(0, /*fixed=*/false);
+  const btSoftBody& resting = add_sheet(btScalar(0.015), /*fixed=*/false, 6);
+  send(stopped, btVector3(0, 20, 0));
+  stopped.forceActivationState(DISABLE_SIMULATION);
+  simulation.step_once();
+  EXPECT_EQ(mean_height(stopped), 0);
+  EXPECT_LT(momentum(resting, &btSoftBody::Node::m_v).length(), 1) << "of one kilogram";
+}
+
+TEST_P(MovedWithoutSimulation, make_way_only_if_others_have_no_place_to_go) {
+  btSoftBody& free_one = add_sheet(0, /*fixed=*/false);
+  btSoftBody& disabled = add_sheet(btScalar(0.05), /*fixed=*/false, 6);
+  disabled.forceActivationState(DISABLE_SIMULATION);
+  add_ball(btScalar(-0.3));
+  for (int step = 0; step < 20; ++step) {
+    simulation.step([&](btScalar) { send(*bodies.back(), btVector3(0, 5, 0)); });
+    EXPECT_EQ(count_intersections(), 0U) << "step " << step;
+  }
+  EXPECT_GT(mean_height(*bodies.back()), 1);
+  EXPECT_GT(mean_height(free_one), 0);
+  EXPECT_GT(mean_height(disabled), btScalar(0.05));
+  EXPECT_EQ(kinetic_energy(disabled), 0) << "for the time when it is simulated again";
+  EXPECT_TRUE(warnings.empty()) << warnings[0];
+}
+
 }  // namespace
 }  // namespace softcd::test

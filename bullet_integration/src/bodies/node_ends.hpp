@@ -29,6 +29,12 @@ inline constexpr NodeEnds kDeformableEnds = {btSoftBody::fCollision::VF_DD, &btS
 /// Bodies outside of a step, where they are. Selects none.
 inline constexpr NodeEnds kPresentEnds = {0, &btSoftBody::Node::m_x, &btSoftBody::Node::m_x};
 
+/// Returns whether Bullet simulates the body neither in this step nor as long as its activation state stays. A sleeping
+/// body may still be woken: classic worlds do that after their contacts are detected.
+inline bool is_disabled(const btSoftBody& body) {
+  return !body.isActive() && body.getActivationState() != ISLAND_SLEEPING;
+}
+
 /// Sets a sleeping body's m_q, which is from its last step, to where the body is. Call it before anything moves the
 /// body in a step: Bullet's solver moves its nodes in the contacts of other bodies.
 inline void set_out_from_sleep(btSoftBody& body) {

@@ -18,9 +18,11 @@ using Node = btSoftBody::Node;
 /// A rigid body counts as at most this many nodes: of a larger ratio of masses only rounding would be left.
 constexpr btScalar kMostNodes = 10000;
 
-/// Calls visit(node, contact's information, contact) for each node that touches a rigid object.
+/// Calls visit(node, contact's information, contact) for each node that touches a rigid object. Leaves out inactive
+/// bodies: they keep the contacts of an earlier step, whose objects may be gone.
 template <class Visit>
 void for_each_touch(const btSoftBody& body, const Visit& visit) {
+  if (!body.isActive()) return;
   for (int i = 0; i < body.m_nodeRigidContacts.size(); ++i) {
     const auto& contact = body.m_nodeRigidContacts[i];
     visit(*contact.m_node, contact.m_cti, ContactSource{&body, ContactArray::rigid_node, i});

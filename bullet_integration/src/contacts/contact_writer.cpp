@@ -29,8 +29,10 @@ btScalar contact_margin(const btSoftBody& node_body, const btSoftBody& face_body
   return margins + (node.m_x - node.m_q).length() * btScalar(kBulletMotionMargin);
 }
 
-// Returns the face's inverse mass at the contact as Bullet's solver computes it: 0 if one of its nodes is immovable.
-btScalar inverse_mass_of(const btSoftBody::Face& face, const btVector3& weights) {
+// Returns the face's inverse mass at the contact as Bullet's solver computes it: 0 if one of its nodes is immovable. A
+// disabled body counts as immovable: only contacts would move it, and no spring would move it back.
+btScalar inverse_mass_of(const btSoftBody& body, const btSoftBody::Face& face, const btVector3& weights) {
+  if (is_disabled(body)) return 0;
   btScalar inverse_mass = 0;
   for (int i = 0; i < 3; ++i) {
     if (face.m_n[i]->m_im <= 0) return 0;
@@ -58,6 +60,7 @@ EdgeOnFace edge_on_face(const MemberContact& found) {
   const float(&w)[4] = contact.weights;
   btSoftBody::Node* const nodes[4] = {&found.node(0), &found.node(1), &found.node(2), &found.node(3)};
   const auto inverse_mass_at = [&](int first) {
+    if (is_disabled(first == 0 ? *found.a.body : *found.b.body)) return btScalar(0);
     return btScalar(w[first]) * nodes[first]->m_im + btScalar(w[first + 1]) * nodes[first + 1]->m_im;
   };
   const bool is_swapped = inverse_mass_at(0) < inverse_mass_at(2);
@@ -90,6 +93,7 @@ EdgeOnFace edge_on_face(const MemberContact& found) {
 
 // Returns 0 if one of the edge's nodes is immovable: Bullet's solver would move that one too.
 btScalar inverse_mass_of_edge(const EdgeOnFace& edge) {
+  if (is_disabled(*edge.face_body)) return 0;
   btScalar inverse_mass = 0;
   for (int corner = 0; corner < 3; ++corner) {
     if (!(edge.weights[corner] > 0)) continue;
@@ -283,7 +287,7 @@ std::optional<btSoftBody::SContact> ClassicContacts::contact_of(const MemberCont
 
   const btVector3 weights = triangle_weights(contact.weights);
   const btScalar node_inverse_mass = node.m_im;
-  const btScalar face_inverse_mass = inverse_mass_of(face, weights);
+  const btScalar face_inverse_mass = inverse_mass_of(face_body, face, weights);
   const btScalar sum = node_inverse_mass + face_inverse_mass;
   if (!(sum > 0)) return std::nullopt;
 
@@ -346,8 +350,8 @@ std::optional<btSoftBody::DeformableFaceNodeContact> DeformableContacts::contact
   btSoftBody::Face& face = found.face();
   btSoftBody::Node& node = found.node(0);
   const btVector3 weights = triangle_weights(found.contact.weights);
-  if (!have_velocities({&node}) || !have_velocities(face.m_n) || !(node.m_im + inverse_mass_of(face, weights) > 0))
-    return std::nullopt;
+  if (!have_velocities({&node}) || !have_velocities(face.m_n)) return std::nullopt;
+  if (!(node.m_im + inverse_mass_of(*found.b.body, face, weights) > 0)) return std::nullopt;
   btSoftBody::DeformableFaceNodeContact deformable = deformable_contact(*found.a.body, node, *found.b.body, face);
   deformable.m_bary = weights;
   deformable.m_normal = deformable_normal(found, node, face);
@@ -366,7 +370,7 @@ void DeformableContacts::add_edges(const MemberContact& found, const AnchoredNod
   const EdgeOnFace edge = edge_on_face(found);
   if (!edge.node_body->isActive()) return;
   if (!have_velocities(edge.nodes) || !have_velocities(edge.face->m_n)) return;
-  const btScalar face_inverse_mass = inverse_mass_of(*edge.face, edge.weights);
+  const btScalar face_inverse_mass = inverse_mass_of(*edge.face_body, *edge.face, edge.weights);
   for (int side = 0; side < 2; ++side) {
     if (!(edge.nodes[side]->m_im + face_inverse_mass > 0)) continue;
     if (anchored.has_one_of(*edge.nodes[side], *edge.face)) continue;

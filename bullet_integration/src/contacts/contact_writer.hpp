@@ -13,7 +13,7 @@
 
 /// Makes contacts for Bullet's own arrays, so that its solvers treat them as their own. Makes none if no node of either
 /// side can move. Makes none for sleeping bodies either: Bullet neither applies nor clears their contacts, which would
-/// pile up.
+/// pile up. In contacts of other bodies, disabled bodies (is_disabled) are immovable.
 namespace softcd::bullet {
 
 /// Factor of a node's motion by which Bullet's CollideVF_SS enlarges the node's margin.

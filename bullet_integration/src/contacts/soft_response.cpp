@@ -12,6 +12,22 @@ namespace {
 
 using Node = btSoftBody::Node;
 
+/// Bullet's response does not move nodes whose m_constrained is not 0. The bit differs from all that Bullet sets there.
+constexpr int kHeldBit = 1 << 30;
+
+/// The split velocity cancels the velocity, which counts in contacts no longer.
+void hold(Node& node, bool is_still) {
+  node.m_constrained |= kHeldBit;
+  if (!is_still) return;
+  node.m_splitv = -node.m_v;
+  node.m_v.setZero();
+}
+
+void let_go(Node& node, bool is_still) {
+  node.m_constrained &= ~kHeldBit;
+  if (is_still) node.m_v = -node.m_splitv;
+}
+
 bool passes(const btSoftBody::DeformableFaceNodeContact& contact, btScalar time_step) {
   const auto apart = [&](btVector3 Node::*member) {
     btVector3 difference = contact.m_node->*member;
@@ -23,6 +39,24 @@ bool passes(const btSoftBody::DeformableFaceNodeContact& contact, btScalar time_
 }
 
 }  // namespace
+
+InactiveNodesHeld::InactiveNodesHeld(Span<btSoftBody* const> bodies,
+                                     const std::function<bool(const btSoftBody&)>& stays)
+    : bodies_(bodies), stays_(stays) {
+  for (btSoftBody* body : bodies_) {
+    if (body->isActive()) continue;
+    const bool is_still = stays_(*body);
+    for (Node& node : span_of(body->m_nodes)) hold(node, is_still);
+  }
+}
+
+InactiveNodesHeld::~InactiveNodesHeld() {
+  for (btSoftBody* body : bodies_) {
+    if (body->isActive()) continue;
+    const bool is_still = stays_(*body);
+    for (Node& node : span_of(body->m_nodes)) let_go(node, is_still);
+  }
+}
 
 bool passes_in_contact(Span<btSoftBody* const> bodies, btScalar time_step) {
   return std::any_of(bodies.begin(), bodies.end(), [&](const btSoftBody* body) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <random>
 #include <vector>
 
@@ -7,6 +8,22 @@
 #include "softcd/core/span.hpp"
 
 namespace softcd::bullet {
+
+/// Keeps nodes of inactive bodies from being moved by Bullet's response to contacts, while it exists. Bullet would give
+/// them velocities, and move them by these, but solve none of their springs.
+class InactiveNodesHeld {
+ public:
+  /// `stays` says which inactive bodies stay where they are in this step. Bullet moves the others by the velocities
+  /// that they have. Both arguments must outlive the object.
+  InactiveNodesHeld(Span<btSoftBody* const> bodies, const std::function<bool(const btSoftBody&)>& stays);
+  ~InactiveNodesHeld();
+  InactiveNodesHeld(const InactiveNodesHeld&) = delete;
+  InactiveNodesHeld& operator=(const InactiveNodesHeld&) = delete;
+
+ private:
+  Span<btSoftBody* const> bodies_;
+  const std::function<bool(const btSoftBody&)>& stays_;
+};
 
 /// Returns whether a contact's node would pass through its face in this step, with the velocities of now. Looks at the
 /// contacts of active bodies in the deformable world.

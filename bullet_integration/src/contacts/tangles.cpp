@@ -157,9 +157,10 @@ bool any_other_corner(const BodyMesh& mesh, std::uint32_t node, std::uint32_t ot
   });
 }
 
-/// Returns whether `holds` for a face at one feature and a face at the other that share no node.
-template <class Predicate>
-bool any_two_faces(const MemberContact& found, Predicate holds) {
+/// Returns whether `holds` for a face at one feature and a face at the other that share no node. Leaves out faces at
+/// the other feature for which `may_hold` is false; it is called once for each, before `holds`.
+template <class Filter, class Predicate>
+bool any_two_faces(const MemberContact& found, Filter may_hold, Predicate holds) {
   const Contact& contact = found.contact;
   const WorldMirror::Member& a = found.a;
   const WorldMirror::Member& b = found.b;
@@ -167,10 +168,10 @@ bool any_two_faces(const MemberContact& found, Predicate holds) {
   const std::uint32_t end_of_a = contact.vertices[is_vertex ? 0 : 1];
 
   const auto holds_for_one_at_a = [&](std::uint32_t face_b) {
-    return any_face_with(a.mesh, contact.vertices[0], end_of_a, [&](const FaceAtNode& at_a) {
-      const bool are_neighbours = &a == &b && share_vertex(a.mesh.corners(at_a.face), b.mesh.corners(face_b));
-      return !are_neighbours && holds(at_a.face, face_b);
-    });
+    return may_hold(face_b) && any_face_with(a.mesh, contact.vertices[0], end_of_a, [&](const FaceAtNode& at_a) {
+             const bool are_neighbours = &a == &b && share_vertex(a.mesh.corners(at_a.face), b.mesh.corners(face_b));
+             return !are_neighbours && holds(at_a.face, face_b);
+           });
   };
   if (is_vertex) return holds_for_one_at_a(contact.feature_b);
   return any_face_with(b.mesh, contact.vertices[2], contact.vertices[3],
@@ -370,12 +371,12 @@ bool are_through_at(const Touch& touch, const Sides& sides) {
 }
 
 /// Returns whether the faces intersect, or touch at a point where the faces around them intersect. The second case
-/// finds a body that passes through a face along its border or at a corner: it meets the inside of no face. `separable`
-/// has the touches where that is not so, which other faces at the same features have as well.
-bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b,
+/// finds a body that passes through a face along its border or at a corner: it meets the inside of no face. `b` has the
+/// corners of face_b. `separable` has the touches where that is not so, which other faces at the same features have as
+/// well.
+bool are_through_each_other(const Sides& sides, std::uint32_t face_a, std::uint32_t face_b, const Corners& b,
                             std::vector<Touch>& separable) {
   const Corners a = corners_of(sides.a, face_a, sides.start);
-  const Corners b = corners_of(sides.b, face_b, sides.start);
   if (are_apart(a, b)) return false;
   const Meeting meeting = meeting_of_faces(a, b);
   if (meeting != Meeting::touch_or_apart) return meeting == Meeting::intersect_inside;
@@ -413,6 +414,20 @@ bool are_clear_along_the_normal(const MemberContact& found, const Sides& sides, 
                      [&](Vec3d offset) { return dot(offset, normal) - highest_of_b > kClearGap * extent; });
 }
 
+/// Returns whether all nodes of the first feature's faces lie beyond the face along an axis, or certainly on one side
+/// of its plane. Then none of their faces has a point in common with it.
+bool are_apart(const FirstFan& first, const Corners& face) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [low, high] = std::minmax({face[0][axis], face[1][axis], face[2][axis]});
+    if (low > first.high()[axis] || high < first.low()[axis]) return true;
+  }
+  const Plane plane(face[0], face[1] - face[0], face[2] - face[0]);
+  const std::vector<Vec3d>& places = first.places();
+  const int side = plane.side_of(places.front());
+  return side != 0 &&
+         std::all_of(places.begin() + 1, places.end(), [&](Vec3d place) { return plane.side_of(place) == side; });
+}
+
 /// Returns whether both features are links, for which intersections cannot be decided. A body has either links or
 /// faces.
 bool are_links(const MemberContact& found) {
@@ -429,9 +444,10 @@ void FirstFan::read(const MemberContact& found, NodePosition start) {
   ends_[0] = v[0];
   ends_[1] = end;
   nodes_.clear();
+  places_.clear();
   offsets_.clear();
   extent_ = 0;
-  origin_ = found.a.place(v[0], start);
+  origin_ = low_ = high_ = found.a.place(v[0], start);
   add(v[0], start);
   if (end != v[0]) add(end, start);
   any_other_corner(found.a.mesh, v[0], end, [&](std::uint32_t corner) {
@@ -442,7 +458,11 @@ void FirstFan::read(const MemberContact& found, NodePosition start) {
 
 void FirstFan::add(std::uint32_t node, NodePosition start) {
   nodes_.push_back(node);
-  offsets_.push_back(member_->place(node, start) - origin_);
+  places_.push_back(member_->place(node, start));
+  offsets_.push_back(places_.back() - origin_);
+  const Vec3d place = places_.back();
+  low_ = {std::min(low_.x, place.x), std::min(low_.y, place.y), std::min(low_.z, place.z)};
+  high_ = {std::max(high_.x, place.x), std::max(high_.y, place.y), std::max(high_.z, place.z)};
   extent_ = std::max(extent_, max_norm(offsets_.back()));
 }
 
@@ -454,9 +474,14 @@ bool is_tangled(const MemberContact& found, const NodeEnds& ends) {
 bool is_tangled(const MemberContact& found, const NodeEnds& ends, FirstFan& first) {
   const Sides sides(found, ends);
   if (are_clear_along_the_normal(found, sides, first)) return false;
+  Corners b;
+  const auto may_meet = [&](std::uint32_t face_b) {
+    b = corners_of(sides.b, face_b, sides.start);
+    return !are_apart(first, b);
+  };
   std::vector<Touch> separable;
-  return any_two_faces(found, [&](std::uint32_t face_a, std::uint32_t face_b) {
-    return are_through_each_other(sides, face_a, face_b, separable);
+  return any_two_faces(found, may_meet, [&](std::uint32_t face_a, std::uint32_t face_b) {
+    return are_through_each_other(sides, face_a, face_b, b, separable);
   });
 }
 
@@ -465,7 +490,8 @@ bool is_touching(const MemberContact& found, const NodeEnds& ends) {
 }
 
 bool may_be_tangled_at_the_end(const MemberContact& found, const NodeEnds& ends) {
-  return are_links(found) || any_two_faces(found, [&](std::uint32_t face_a, std::uint32_t face_b) {
+  const auto all = [](std::uint32_t /*face_b*/) { return true; };
+  return are_links(found) || any_two_faces(found, all, [&](std::uint32_t face_a, std::uint32_t face_b) {
            const Meeting meeting =
                meeting_of_faces(corners_of(found.a, face_a, ends.end), corners_of(found.b, face_b, ends.end));
            return meeting == Meeting::intersect_inside;

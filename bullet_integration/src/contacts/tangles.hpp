@@ -27,9 +27,13 @@ class FirstFan {
   /// Reads the nodes, unless the contact read last has the same first feature.
   void read(const MemberContact& found, NodePosition start);
   Vec3d origin() const { return origin_; }
-  /// Returns the nodes' places, each once, relative to the origin.
+  const std::vector<Vec3d>& places() const { return places_; }  ///< of the nodes, each once
+  /// Returns the places relative to the origin.
   const std::vector<Vec3d>& offsets() const { return offsets_; }
   double extent() const { return extent_; }  ///< the greatest coordinate of an offset
+  /// The ends of the box around the places.
+  Vec3d low() const { return low_; }
+  Vec3d high() const { return high_; }
 
  private:
   void add(std::uint32_t node, NodePosition start);
@@ -37,9 +41,10 @@ class FirstFan {
   const WorldMirror::Member* member_ = nullptr;
   std::uint32_t ends_[2] = {};  ///< of the feature, twice the same for a vertex
   std::vector<std::uint32_t> nodes_;
-  std::vector<Vec3d> offsets_;
+  std::vector<Vec3d> places_, offsets_;
   Vec3d origin_{0, 0, 0};
   double extent_ = 0;
+  Vec3d low_{0, 0, 0}, high_{0, 0, 0};
 };
 
 /// Does the same for contacts in a row, at the start of one step.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -60,7 +61,9 @@ CrossingPrevention::CrossingPrevention(const CrossingsOfKind& kind, WorldMirror&
       mirror_(mirror),
       settings_(settings),
       query_(mirror.scene(), crossing_options(settings)),
-      obstacles_(mirror) {}
+      obstacles_(mirror) {
+  held_.anchor();
+}
 
 void CrossingPrevention::follow_settings() {
   query_.set_options(crossing_options(settings_));
@@ -101,7 +104,11 @@ void CrossingPrevention::take_up(Impact& impact, btScalar time_step) {
       impact.rigid_sign = btScalar(side == 0 ? 1 : -1);
     }
   }
-  for (int i = 0; i < 4; ++i) impact.constraints[i] = constrained_.find(*impact.nodes[i]);
+  for (int i = 0; i < 4; ++i) {
+    const btSoftBody& body = *impact.bodies[i < vertices_of_a(impact.contact) ? 0 : 1];
+    const bool stays = do_inactive_bodies_stay_ && !body.isActive();
+    impact.constraints[i] = stays ? &held_ : constrained_.find(*impact.nodes[i]);
+  }
   if (settings_.read_out == ReadOut::impulses) note_meeting(impact);
 }
 
@@ -119,8 +126,7 @@ bool CrossingPrevention::hold_rigid_bodies(const std::vector<Impact>& impacts) {
   return has_held;
 }
 
-void CrossingPrevention::take_back() {
-  obstacles_.release_held();
+void CrossingPrevention::take_back() const {
   for (const auto& [body, before] : answered_) {
     set_values(*body, &btSoftBody::Node::m_v, before.velocities);
     set_values(*body, &btSoftBody::Node::m_splitv, before.split_velocities);
@@ -143,8 +149,8 @@ void CrossingPrevention::update_positions(const HeldNodes& held, btScalar time_s
 /// Returns whether the features are released as tangled. If edges get responses, no edge passes through another. So
 /// tangled features were tangled from the beginning, and must be able to separate. Without these responses tangles come
 /// and go, and vertices must still not pass through faces.
-bool CrossingPrevention::is_released(const MemberContact& found) const {
-  return answers_edges(settings_) && is_tangled(found, kind_.ends);
+bool CrossingPrevention::is_released(const MemberContact& found, FirstFan& first) const {
+  return answers_edges(settings_) && is_tangled(found, kind_.ends, first);
 }
 
 /// Returns whether a node of the contact moves out of the other side's object.
@@ -171,11 +177,12 @@ bool CrossingPrevention::may_stay(const MemberContact& found) const {
 std::vector<Impact> CrossingPrevention::find_impacts(Pairs pairs) {
   std::vector<Impact> impacts;
   std::uint64_t excepted = 0;
+  FirstFan first;
   mirror_.for_each_contact(query_.detect(pairs), [&](const MemberContact& found) {
     if (found.contact.kind != ContactKind::edge_edge && !is_with_face(found)) return;
     if (is_of_unanswered_link(found)) return;
     if (moves_out(found)) return;
-    if (is_released(found)) {
+    if (is_released(found, first)) {
       ++excepted;
       tangled_.add(found.contact, TangleReason::start);
     } else if (!may_stay(found)) {
@@ -265,6 +272,7 @@ bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rul
     if (settings_.read_out == ReadOut::impulses) impulses_.measure(kind_, answered_, time_step);
     name_new_pairs(neighbours_.empty() ? bodies : neighbours_);
   } catch (...) {
+    obstacles_.release_held();
     take_back();
     throw;
   }
@@ -279,24 +287,29 @@ void CrossingPrevention::place_ends() {
   }
 }
 
-void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
+/// The responses to the impacts of a step, weakest first.
+struct CrossingPrevention::Responses {
   std::vector<Impact> answered;
-  ImpactZones zones(kind_.ends.start, time_step);
-  HeldNodes held(kind_, constrained_);
+  ImpactZones zones;
+  HeldNodes held;
   int gaps = 0;
-  answers_.impacts = impacts.size();
-  while (!impacts.empty() && answers_.rounds < kind_.rounds.last) {
+};
+
+/// Changes the nodes' ends until nothing meets. Returns the impacts that no response prevents.
+std::vector<Impact> CrossingPrevention::respond(std::vector<Impact> impacts, Responses& responses, btScalar time_step) {
+  auto& [answered, zones, held, gaps] = responses;
+  for (std::uint64_t round = 0; !impacts.empty() && round < kind_.rounds.last; ++round) {
     for (Impact& impact : impacts) take_up(impact, time_step);
-    if (answers_.rounds < kind_.rounds.impulses) {
+    if (round < kind_.rounds.impulses) {
       // Also applies the earlier rounds' impacts: the response to one impact alone can bring back another.
       answered.insert(answered.end(), impacts.begin(), impacts.end());
       apply_inelastic_impulses(answered);
-    } else if (answers_.rounds < kind_.rounds.zones && held.empty() && zones.join(impacts)) {
+    } else if (round < kind_.rounds.zones && held.empty() && zones.join(impacts)) {
       zones.move_as_one();
     } else if (gaps < kMostGaps && held.empty() &&
                set_apart(impacts, kind_.passing_velocity, kLeastGap * btPow(kGapGrowth, btScalar(gaps)), time_step)) {
       ++gaps;
-    } else if ((answers_.rounds < kind_.rounds.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) &&
+    } else if ((round < kind_.rounds.nodes ? !held.add(impacts) : !held.add_bodies(impacts)) &&
                !hold_rigid_bodies(impacts)) {
       break;
     }
@@ -304,22 +317,55 @@ void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step)
     update_positions(held, time_step);
     impacts = find_impacts(Pairs::changed);
   }
-  answers_.held_nodes = held.size();
+  return impacts;
+}
+
+void CrossingPrevention::answer(std::vector<Impact> impacts, btScalar time_step) {
+  const auto no_responses = [&] { return Responses{{}, {kind_.ends.start, time_step}, {kind_, constrained_}}; };
+  answers_.impacts = impacts.size();
+  std::optional<Responses> responses(no_responses());
+  do_inactive_bodies_stay_ = true;
+  impacts = respond(std::move(impacts), *responses, time_step);
+  if (is_left_to_inactive_bodies(impacts)) {
+    do_inactive_bodies_stay_ = false;
+    responses.emplace(no_responses());
+    impacts = respond(begin_again(), *responses, time_step);
+  }
+  answers_.held_nodes = responses->held.size();
   count_unavoidable(impacts);
-  if (kind_.finish(answered_, answered, zones, time_step)) {
+  if (kind_.finish(answered_, responses->answered, responses->zones, time_step)) {
     for (const auto& [body, before] : answered_) ends_.emplace_back(body, values_of(*body, kind_.ends.end));
   }
   obstacles_.stop_held();
   for (const auto& [body, before] : answered_) add_gain(*body, before, answers_);
 }
 
+/// Returns whether the impacts cannot be prevented while inactive bodies stay.
+bool CrossingPrevention::is_left_to_inactive_bodies(const std::vector<Impact>& impacts) const {
+  return std::any_of(impacts.begin(), impacts.end(), [this](const Impact& impact) { return moves(impact); }) &&
+         std::any_of(answered_.begin(), answered_.end(), [](const auto& each) { return !each.first->isActive(); });
+}
+
+/// Takes the responses of soft bodies back, and returns the impacts of then. Held rigid meshes stay held.
+std::vector<Impact> CrossingPrevention::begin_again() {
+  take_back();
+  for (const auto& [body, before] : answered_) mirror_.update_way(mirror_.member(*body));
+  answered_.clear();
+  constrained_.clear();
+  impulses_.clear();
+  return find_impacts(Pairs::all);
+}
+
+/// Returns whether a node of the impact moves in this step.
+bool CrossingPrevention::moves(const Impact& impact) const {
+  return std::any_of(std::begin(impact.nodes), std::end(impact.nodes),
+                     [this](const btSoftBody::Node* node) { return node->*kind_.ends.start != node->*kind_.ends.end; });
+}
+
 /// Counts the impacts that remain after all movable nodes are held.
 void CrossingPrevention::count_unavoidable(const std::vector<Impact>& impacts) {
   for (const Impact& impact : impacts) {
-    const bool moves =
-        std::any_of(std::begin(impact.nodes), std::end(impact.nodes),
-                    [this](const btSoftBody::Node* node) { return node->*kind_.ends.start != node->*kind_.ends.end; });
-    if (!moves) continue;
+    if (!moves(impact)) continue;
     ++answers_.unavoidable;
     tangled_.add(impact.contact, TangleReason::unavoidable);
   }

@@ -25,9 +25,9 @@ namespace softcd::bullet {
 /// Impulses come first, then impact zones, which move as rigid bodies. Then small gaps separate features that zones
 /// leave within the rounding of positions. Nodes that still meet stay where the step began, because nothing crossed
 /// anything there. More and more nodes around them stay, until nothing meets. A rigid mesh with mass stays there, too,
-/// and stops, if nodes cannot make way for it. Each later query tests only pairs with a changed body: the other pairs
-/// have not moved since they were found free of crossings. Owned by WorldQueries, which calls run() after Bullet's
-/// solver.
+/// and stops, if nodes cannot make way for it. Inactive bodies move only if nothing else prevents a crossing. Each
+/// later query tests only pairs with a changed body: the other pairs have not moved since they were found free of
+/// crossings. Owned by WorldQueries, which calls run() after Bullet's solver.
 class CrossingPrevention {
  public:
   using Kind = CrossingsOfKind;
@@ -70,7 +70,7 @@ class CrossingPrevention {
   const std::vector<CrossingImpulse>& impulses() const { return impulses_.impulses(); }
 
  private:
-  bool is_released(const MemberContact& found) const;
+  bool is_released(const MemberContact& found, FirstFan& first) const;
   bool moves_out(const MemberContact& found) const;
   bool is_of_unanswered_link(const MemberContact& found) const;
   bool may_stay(const MemberContact& found) const;
@@ -81,12 +81,17 @@ class CrossingPrevention {
   void require_neighbours(Span<btSoftBody* const> moved, btScalar time_step);
   std::vector<Impact> find_impacts(Pairs pairs);
   void restore_start(btSoftBody& body) const;
+  struct Responses;
   void answer(std::vector<Impact> impacts, btScalar time_step);
+  std::vector<Impact> respond(std::vector<Impact> impacts, Responses& responses, btScalar time_step);
+  bool is_left_to_inactive_bodies(const std::vector<Impact>& impacts) const;
   void take_up(Impact& impact, btScalar time_step);
   void take_up(btSoftBody& body, btScalar time_step);
   void note_meeting(const Impact& impact);
   bool hold_rigid_bodies(const std::vector<Impact>& impacts);
-  void take_back();
+  void take_back() const;
+  std::vector<Impact> begin_again();
+  bool moves(const Impact& impact) const;
   void update_positions(const HeldNodes& held, btScalar time_step);
   void count_unavoidable(const std::vector<Impact>& impacts);
   void name_new_pairs(Span<btSoftBody* const> bodies) const;
@@ -98,6 +103,8 @@ class CrossingPrevention {
   std::unordered_map<const btSoftBody*, std::vector<btVector3>> starts_;
   AnsweredBodies answered_;
   ConstrainedNodes constrained_;
+  NodeConstraint held_;                  ///< of nodes of inactive bodies, while these stay
+  bool do_inactive_bodies_stay_ = true;  ///< in run()
   RigidObstacles obstacles_;
   TangledPairs tangled_;
   const TangledNodes* released_ = nullptr;          ///< in run()

@@ -1,6 +1,7 @@
 #include "crossings/crossings_of_kind.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace softcd::bullet {
 namespace {
@@ -20,6 +21,10 @@ void take_up(btSoftBody& body, btScalar time_step) {
   for (Node& node : span_of(body.m_nodes)) node.m_v = (node.m_x - node.m_q) / time_step;
 }
 
+void take_velocities_away(btSoftBody& body) {
+  for (Node& node : span_of(body.m_nodes)) node.m_v.setZero();
+}
+
 void move_end(btSoftBody& body, btScalar time_step) {
   for (Node& node : span_of(body.m_nodes)) node.m_x = node.m_q + time_step * node.m_v;
 }
@@ -32,13 +37,16 @@ btVector3 push(Node& node, const btVector3& velocity, const btVector3& shift, bt
 
 /// Applies the responses to the nodes' own velocities. These may differ from the mean ones: Bullet moves a body's nodes
 /// for the contacts of later bodies after it has set the body's velocities. If the changes of the mean velocities were
-/// added to them, they could gain energy.
+/// added to them, they could gain energy. Inactive bodies do not move by their own velocities, and keep them.
 bool finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones,
             btScalar /*time_step*/) {
-  for (const auto& [body, before] : answered) set_values(*body, &Node::m_v, before.velocities);
+  for (const auto& [body, before] : answered) {
+    set_values(*body, &Node::m_v, before.velocities);
+    if (!body->isActive()) take_velocities_away(*body);
+  }
   solve_velocities(impacts, zones);
   for (const auto& [body, before] : answered) {
-    if (body->isActive()) body->updateNormals();
+    body->isActive() ? body->updateNormals() : set_values(*body, &Node::m_v, before.velocities);
   }
   return false;
 }
@@ -81,8 +89,12 @@ void hold(Node& node) {
   node.m_q = node.m_x;
 }
 
-/// Gives nodes on anchors the velocities that lead to their anchors. Their own velocities are restored in finish().
+/// Gives nodes on anchors the velocities that lead to their anchors, and nodes of inactive bodies those of their paths.
+/// Their own velocities are restored in finish().
 void take_up(btSoftBody& body, btScalar time_step) {
+  if (!body.isActive()) {
+    for (Node& node : span_of(body.m_nodes)) node.m_v += std::exchange(node.m_splitv, btVector3(0, 0, 0));
+  }
   for (const btSoftBody::DeformableNodeRigidAnchor& anchor : span_of(body.m_deformableAnchors)) {
     Node& node = *anchor.m_node;
     node.m_v = (node.m_q - node.m_x) / time_step - node.m_splitv;
@@ -104,19 +116,36 @@ void push_rigid_bodies(const AnsweredBodies& answered, const std::vector<Impact>
   }
 }
 
-/// Restores the velocities of nodes on anchors. All other nodes keep the velocities that the responses gave them.
+/// Gives the inactive body its own velocities back. Split velocities, which end with the step, make up the difference.
+void restore_velocities(btSoftBody& body, const NodeStates& before) {
+  std::size_t index = 0;
+  for (Node& node : span_of(body.m_nodes)) {
+    const btVector3& own = before.velocities[index++];
+    node.m_splitv += node.m_v - own;
+    node.m_v = own;
+  }
+}
+
+/// Restores the velocities of nodes on anchors and of inactive bodies. All other nodes keep the velocities that the
+/// responses gave them.
 bool finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones,
             btScalar time_step) {
   const bool has_pushed =
       std::any_of(impacts.begin(), impacts.end(), [](const Impact& i) { return i.rigid != nullptr; });
   if (has_pushed) push_rigid_bodies(answered, impacts, zones, time_step);
+  bool are_ends_inexact = has_pushed;
   for (const auto& [body, before] : answered) {
+    if (!body->isActive()) {
+      restore_velocities(*body, before);
+      are_ends_inexact = true;
+      continue;
+    }
     for (const btSoftBody::DeformableNodeRigidAnchor& anchor : span_of(body->m_deformableAnchors)) {
       Node& node = *anchor.m_node;
       node.m_v = before.velocities[static_cast<std::size_t>(&node - &body->m_nodes[0])];
     }
   }
-  return has_pushed;
+  return are_ends_inexact;
 }
 
 }  // namespace deformable

@@ -1,5 +1,7 @@
 #include "worlds/step_driver.hpp"
 
+#include <functional>
+
 #include "bodies/bounds.hpp"
 #include "bodies/query_options.hpp"
 #include "contacts/soft_response.hpp"
@@ -61,6 +63,10 @@ void DeformableStep::find_soft_contacts() const {
 
 void DeformableStep::respond(btScalar time_step) const {
   const BackedNodes backed = queries.backed_nodes(bodies());
+  const std::function<bool(const btSoftBody&)> stays = [this](const btSoftBody& body) {
+    return queries.prevents_crossings(body);
+  };
+  const InactiveNodesHeld held(bodies(), stays);
   if (queries.read_out.apply_repulsion(bodies(), time_step, backed)) return;
   respond_to_soft_contacts(bodies(), time_step, [&](bool with_springs) {
     for (btSoftBody* body : bodies()) {
