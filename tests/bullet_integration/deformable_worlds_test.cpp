@@ -17,15 +17,6 @@ namespace {
 using demo::DeformableSimulation;
 using MaybeSettings = std::optional<bullet::Settings>;
 
-btScalar kinetic_energy(const btSoftBody& body) {
-  btScalar energy = 0;
-  for (int n = 0; n < body.m_nodes.size(); ++n) {
-    const btSoftBody::Node& node = body.m_nodes[n];
-    if (node.m_im > 0) energy += node.m_v.length2() / (2 * node.m_im);
-  }
-  return energy;
-}
-
 struct RestOfWorld {
   btScalar height = 0;
   btScalar energy = 0;

@@ -45,14 +45,6 @@ class MovedByOthers : public WarnedSimulation {
   }
   std::size_t count_intersections() const { return count_edges({bodies.begin(), bodies.end()}); }
 
-  static double kinetic_energy(const btSoftBody& body) {
-    double energy = 0;
-    for (int n = 0; n < body.m_nodes.size(); ++n) {
-      energy += double(body.m_nodes[n].m_v.length2()) / double(body.m_nodes[n].m_im) / 2;
-    }
-    return energy;
-  }
-
   std::vector<btSoftBody*> bodies;
 };
 INSTANTIATE_TEST_SUITE_P(Worlds, MovedByOthers, kLookingWorlds, world_name);

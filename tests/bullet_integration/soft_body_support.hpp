@@ -94,6 +94,15 @@ inline std::unique_ptr<btSoftBody> make_sheet(btSoftBodyWorldInfo& world_info, c
   return sheet;
 }
 
+inline btScalar kinetic_energy(const btSoftBody& body) {
+  btScalar energy = 0;
+  for (int n = 0; n < body.m_nodes.size(); ++n) {
+    const btSoftBody::Node& node = body.m_nodes[n];
+    if (node.m_im > 0) energy += node.m_v.length2() / (2 * node.m_im);
+  }
+  return energy;
+}
+
 inline btScalar mean_height(const btSoftBody& body) {
   btScalar sum = 0;
   for (int i = 0; i < body.m_nodes.size(); ++i) sum += body.m_nodes[i].m_x.y();

@@ -109,9 +109,11 @@ void ContactDetection::start(const PairRule& rule) {
 void ContactDetection::finish(bool prevents_crossings, const TangledNodes* released) {
   BT_PROFILE("softcd contacts");
   released_ = released;
-  releases_touches_ = prevents_crossings && settings_.detection == Detection::ccd;
+  prevents_crossings_ = prevents_crossings && settings_.detection == Detection::ccd;
   const Span<const Contact> contacts = ticket_ ? ticket_->wait() : Span<const Contact>();
   find_spoilt(contacts);
+  pressure_motion_.read(prevents_crossings_ && kind_.solves_in_turns ? Span<const btSoftBody* const>(bodies_)
+                                                                     : Span<const btSoftBody* const>());
   find_tangles(contacts);
   find_anchored_nodes();
   make_solver_contacts(contacts);
@@ -210,12 +212,14 @@ bool ContactDetection::may_get(const MemberContact& found) const {
   return is_wanted && !is_released(found);
 }
 
-/// Returns whether the contact is left out, for one of four reasons. Its nodes move out of an intersection. Its
-/// features touch, so their sides are unknown, and crossing prevention handles them. One body would spoil the other. Or
-/// its features are tangled.
+/// Returns whether the contact is left out, for one of five reasons. Its nodes move out of an intersection. Its
+/// features touch, so their sides are unknown, and crossing prevention handles them. Only pressure brings its features
+/// together; crossing prevention handles those that meet nevertheless. One body would spoil the other. Or its features
+/// are tangled.
 bool ContactDetection::is_released(const MemberContact& found) const {
   if (released_ != nullptr && released_->has_one_of(found)) return true;
-  if (releases_touches_ && is_touching(found, kind_.ends)) return true;
+  if (prevents_crossings_ && is_touching(found, kind_.ends)) return true;
+  if (pressure_motion_.is_cause_of(found)) return true;
   const bool would_spoil =
       !spoilt_.empty() && found.a.body != found.b.body && spoilt_.count(found.a.body) + spoilt_.count(found.b.body) > 0;
   return would_spoil || is_released_from_tangles(found);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contacts/contact_notes.hpp"
+#include "contacts/pressure_motion.hpp"
 #include "contacts/solver_contacts.hpp"
 #include "contacts/tangles.hpp"
 
@@ -37,7 +38,8 @@ class ContactDetection {
   void start(const PairRule& rule);
   /// Waits for the detection and writes its contacts into the bodies, which must not have changed since start(). If
   /// `prevents_crossings`, crossing prevention follows at the step's end, and touching features get no contacts with
-  /// `ccd`. `released` are nodes that get no contacts with the bodies with which they are tangled.
+  /// `ccd`. Nor do features that pressure alone brings together. `released` are nodes that get no contacts with the
+  /// bodies with which they are tangled.
   void finish(bool prevents_crossings, const TangledNodes* released);
 
  private:
@@ -58,13 +60,14 @@ class ContactDetection {
   WorldMirror& mirror_;
   const Settings& settings_;
   Query query_;
-  std::optional<Ticket> ticket_;           ///< none if no body needs a detection
-  std::vector<const btSoftBody*> bodies_;  ///< those that need a detection
-  bool releases_touches_ = false;
+  std::optional<Ticket> ticket_;            ///< none if no body needs a detection
+  std::vector<const btSoftBody*> bodies_;   ///< those that need a detection
+  bool prevents_crossings_ = false;         ///< with `ccd`, after Bullet's solver
   const TangledNodes* released_ = nullptr;  ///< in finish()
   std::vector<EdgeContact> edge_contacts_;
   std::unordered_set<const btSoftBody*>
-      spoilt_;  ///< some of their nodes are not finite, and the solver would spread this
+      spoilt_;                      ///< some of their nodes are not finite, and the solver would spread this
+  PressureMotion pressure_motion_;  ///< read only in classic worlds, and if crossing prevention follows
   TangledNodes tangled_;
   AnchoredNodes anchored_;
   std::vector<std::uint8_t> is_tangled_;  ///< of the step's contacts, if it looks for tangles
