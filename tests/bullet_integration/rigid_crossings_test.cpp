@@ -308,14 +308,6 @@ class FreeMeshes : public RigidCrossings {
     return rigid->getLinearVelocity().length2() / (2 * rigid->getInvMass()) +
            turn.dot(rigid->getInvInertiaTensorWorld().inverse() * turn) / 2;
   }
-  static btScalar cloth_energy(const btSoftBody& cloth) {
-    btScalar energy = 0;
-    for (int i = 0; i < cloth.m_nodes.size(); ++i) {
-      const btSoftBody::Node& node = cloth.m_nodes[i];
-      if (node.m_im > 0) energy += node.m_v.length2() / (2 * node.m_im);
-    }
-    return energy;
-  }
 };
 INSTANTIATE_TEST_SUITE_P(Worlds, FreeMeshes, kLookingWorlds, world_name);
 
@@ -332,11 +324,11 @@ TEST_P(FreeMeshes, and_cloths_keep_their_momentum_and_gain_no_energy) {
     cloth.translate(btVector3(btScalar(0.04), 0, btScalar(0.07)));
     cloth.setVelocity(btVector3(0, -20, 0));
     const btVector3 momentum_before = momentum();
-    const btScalar energy_before = cloth_energy(cloth);
+    const btScalar energy_before = kinetic_energy(cloth);
     for (int i = 0; i < 6; ++i) step();
     EXPECT_LT(rigid->getLinearVelocity().y(), -1) << "the cloth takes it along";
     EXPECT_LT((momentum() - momentum_before).length(), btScalar(0.01) * momentum_before.length());
-    EXPECT_LT(cloth_energy(cloth) + box_energy(), btScalar(1.001) * energy_before);
+    EXPECT_LT(kinetic_energy(cloth) + box_energy(), btScalar(1.001) * energy_before);
     simulation.remove(cloth);
     simulation.world().removeRigidBody(rigid);
   }
@@ -372,7 +364,7 @@ TEST_P(FreeMeshes, lie_on_a_held_cloth_and_give_it_no_energy) {
   btScalar most = 0;
   for (int i = 0; i < 150; ++i) {
     step();
-    most = btMax(most, cloth_energy(cloth));
+    most = btMax(most, kinetic_energy(cloth));
   }
   EXPECT_LT(most, 4);
   EXPECT_GT(rigid->getWorldTransform().getOrigin().y(), -1) << "the cloth holds it";

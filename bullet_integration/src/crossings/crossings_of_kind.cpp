@@ -46,7 +46,11 @@ bool finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, 
   }
   solve_velocities(impacts, zones);
   for (const auto& [body, before] : answered) {
-    body->isActive() ? body->updateNormals() : set_values(*body, &Node::m_v, before.velocities);
+    if (body->isActive()) {
+      body->updateNormals();
+    } else {
+      set_values(*body, &Node::m_v, before.velocities);
+    }
   }
   return false;
 }

@@ -30,7 +30,7 @@ class LateContacts {
  private:
   struct Body {
     btSoftBody* body = nullptr;
-    /// Where the contacts refer to; the body may have others when solve() is called.
+    /// The contacts refer to these nodes and faces; the body may have others when solve() is called.
     const btSoftBody::Node* nodes = nullptr;
     const btSoftBody::Face* faces = nullptr;
     std::vector<std::uint32_t> touched;  ///< places in bodies_, ascending

@@ -57,8 +57,9 @@ enum class Untangle : std::uint32_t {
   off,
   later,  ///< those that did not intersect when both were first in the world
   all,    ///< those that intersect from the start, and those with filters, too
-  /// Those of `later`. With `dcd` also bodies that intersect from the start: soft bodies and rigid meshes in all
-  /// worlds, soft bodies in classic worlds. In the deformable world Bullet's contacts hold such soft bodies at rest.
+  /// Parts the bodies that `later` parts. With `dcd` it also parts bodies that intersect from the start: soft bodies
+  /// and rigid meshes in all worlds, soft bodies in classic worlds. In the deformable world Bullet's contacts hold such
+  /// soft bodies at rest.
   automatic,
 };
 
