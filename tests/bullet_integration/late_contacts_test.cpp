@@ -53,19 +53,42 @@ TEST(LateContacts, keep_sheets_from_being_pushed_through_each_other_by_the_next_
   }
 }
 
-/// Returns whether nodes of the lowest of three sheets move when an attached world ends its step, which it does after
-/// the app's turn. The highest sheet is heavy, and pushes the middle one down. The app may remove that one.
-bool moves_lowest_sheet_late(bool removes_middle) {
-  const bullet::Settings settings = settings_choosing(Contacts::closest_feature);
-  AnySimulation simulation(World::attached, settings);
-  btSoftBody* sheets[3];
+/// Adds three sheets above each other, the lowest first. The highest is heavy, and pushes the middle one down.
+std::vector<btSoftBody*> add_pressed_sheets(AnySimulation& simulation) {
+  std::vector<btSoftBody*> sheets;
   for (int i = 0; i < 3; ++i) {
     SheetOptions options;
     options.height = btScalar(0.06) * btScalar(i);
-    sheets[i] = &simulation.add(make_sheet(simulation.world_info(), options));
+    sheets.push_back(&simulation.add(make_sheet(simulation.world_info(), options)));
   }
   sheets[2]->setTotalMass(50);
   sheets[2]->setVelocity(btVector3(0, -10, 0));
+  return sheets;
+}
+
+TEST(LateContacts, leave_the_normals_of_all_nodes_as_their_faces_are) {
+  AnySimulation simulation(World::one_line, settings_choosing(Contacts::closest_feature));
+  const std::vector<btSoftBody*> sheets = add_pressed_sheets(simulation);
+  sheets[2]->rotate(btQuaternion(btVector3(1, 0, 0), btScalar(0.05)));  // so that sheets bend
+  for (int step = 0; step < 10; ++step) {
+    simulation.step_once();
+    for (btSoftBody* sheet : sheets) {
+      std::vector<btVector3> normals;
+      for (const btSoftBody::Node& node : bullet::span_of(sheet->m_nodes)) normals.push_back(node.m_n);
+      sheet->updateNormals();
+      for (int i = 0; i < sheet->m_nodes.size(); ++i) {
+        ASSERT_EQ(sheet->m_nodes[i].m_n, normals[static_cast<std::size_t>(i)]) << "node " << i << ", step " << step;
+      }
+    }
+  }
+}
+
+/// Returns whether nodes of the lowest of three sheets move when an attached world ends its step, which it does after
+/// the app's turn. The app may remove the middle one.
+bool moves_lowest_sheet_late(bool removes_middle) {
+  const bullet::Settings settings = settings_choosing(Contacts::closest_feature);
+  AnySimulation simulation(World::attached, settings);
+  const std::vector<btSoftBody*> sheets = add_pressed_sheets(simulation);
   simulation.world().stepSimulation(kStep, 0);
   std::vector<btVector3> places;
   for (const btSoftBody::Node& node : bullet::span_of(sheets[0]->m_nodes)) places.push_back(node.m_x);

@@ -48,14 +48,16 @@ btVector3 separation(const btSoftBody::SContact& contact, btVector3 Node::*posit
 
 /// Moves node and face apart up to `margins`, but no farther than they were when the step began. Bullet's own margin
 /// grows with the node's motion: pushes by it, which come after all velocities are set, would throw stiff bodies.
-void push_apart(const btSoftBody::SContact& contact, btScalar margins) {
+/// Returns whether anything has moved.
+bool push_apart(const btSoftBody::SContact& contact, btScalar margins) {
   const btScalar gap_at_start = contact.m_normal.dot(separation(contact, &Node::m_q));
   const btScalar wanted = btMin(btMin(margins, contact.m_margin), gap_at_start);
   const btScalar lacking = wanted - contact.m_normal.dot(separation(contact, &Node::m_x));
-  if (!(lacking > 0)) return;
+  if (!(lacking > 0)) return false;
   const btVector3 push = lacking * contact.m_normal;
   contact.m_node->m_x += contact.m_cfm[0] * push;
   for (int i = 0; i < 3; ++i) contact.m_face->m_n[i]->m_x -= (contact.m_cfm[1] * contact.m_weights[i]) * push;
+  return true;
 }
 
 }  // namespace
@@ -122,20 +124,23 @@ bool LateContacts::is_pushed_late(std::uint32_t one, std::uint32_t other) const 
 }
 
 /// Pushes the features of the body's contacts apart. The contact's own body stands for an unknown other one.
-void LateContacts::solve(const Body& owner, ContactImpulses* impulses) const {
+void LateContacts::solve(Body& owner, ContactImpulses* impulses) {
   btSoftBody& body = *owner.body;
   std::vector<ContactImpulses::Impulse>* known =
       impulses != nullptr ? impulses->find(body, ContactArray::soft) : nullptr;
   if (known != nullptr && known->size() != static_cast<std::size_t>(body.m_scontacts.size())) known = nullptr;
   for (int i = 0; i < body.m_scontacts.size(); ++i) {
     const btSoftBody::SContact& contact = body.m_scontacts[i];
-    const btScalar margins = margin_of(body) + margin_of(*bodies_[owner.others[static_cast<std::size_t>(i)]].body);
+    Body& other = bodies_[owner.others[static_cast<std::size_t>(i)]];
+    const btScalar margins = margin_of(body) + margin_of(*other.body);
+    bool are_pushed = false;
+    const auto push = [&] { are_pushed = push_apart(contact, margins); };
     if (known == nullptr) {
-      push_apart(contact, margins);
+      push();
     } else {
-      (*known)[static_cast<std::size_t>(i)] +=
-          measured_impulse(contact, &Node::m_x, body.m_sst.isdt, [&] { push_apart(contact, margins); });
+      (*known)[static_cast<std::size_t>(i)] += measured_impulse(contact, &Node::m_x, body.m_sst.isdt, push);
     }
+    if (are_pushed) owner.is_moved = other.is_moved = true;
   }
 }
 
@@ -152,8 +157,6 @@ void LateContacts::solve(Span<btSoftBody* const> bodies, ContactImpulses* impuls
                                        [&](std::uint32_t other) { return is_unchanged(bodies_[other]); });
     if (!are_there) continue;
     solve(each, impulses);
-    each.is_moved = true;
-    for (const std::uint32_t other : each.touched) bodies_[other].is_moved = true;
   }
   for (const Body& each : found()) {
     if (each.is_moved) each.body->updateNormals();

@@ -60,7 +60,7 @@ class LateContacts {
 
   Span<Body> found() { return {bodies_.data(), count_}; }
   bool is_pushed_late(std::uint32_t one, std::uint32_t other) const;
-  void solve(const Body& owner, ContactImpulses* impulses) const;
+  void solve(Body& owner, ContactImpulses* impulses);
 
   // Both keep their memory from step to step.
   std::vector<Body> bodies_;
