@@ -27,11 +27,11 @@ bullet::Settings safe_settings() {
 class Pressure : public testing::TestWithParam<World> {
  protected:
   /// A cloth of one kilogram.
-  btSoftBody& add_cloth(btScalar height) {
-    return add(demo::make_cloth(simulation.world_info(), demo::horizontal_cloth(14, btScalar(1.6), height), 1));
+  btSoftBody& add_cloth(btScalar height, btScalar margin) {
+    return add(demo::make_cloth(simulation.world_info(), demo::horizontal_cloth(14, btScalar(1.6), height), 1), margin);
   }
 
-  btSoftBody& add_ball(btScalar height) {
+  btSoftBody& add_ball(btScalar height, btScalar margin) {
     const btVector3 center(0, height, 0);
     std::unique_ptr<btSoftBody> ball(btSoftBodyHelpers::CreateEllipsoid(
         simulation.world_info(), center, btVector3(kRadius, kRadius, kRadius), /*res=*/128));
@@ -39,15 +39,15 @@ class Pressure : public testing::TestWithParam<World> {
     ball->m_cfg.kPR = 20;
     ball->m_cfg.kDF = btScalar(0.5);
     ball->setTotalMass(btScalar(0.5), /*fromfaces=*/true);
-    return add(std::move(ball));
+    return add(std::move(ball), margin);
   }
 
   AnySimulation simulation{GetParam(), safe_settings()};
 
  private:
-  btSoftBody& add(std::unique_ptr<btSoftBody> body) {
+  btSoftBody& add(std::unique_ptr<btSoftBody> body, btScalar margin) {
     body->m_cfg.piterations = kIterations;
-    body->getCollisionShape()->setMargin(btScalar(0.005));
+    body->getCollisionShape()->setMargin(margin);
     return simulation.add(std::move(body));
   }
 };
@@ -57,9 +57,10 @@ INSTANTIATE_TEST_SUITE_P(Worlds, Pressure, testing::Values(World::one_line, Worl
 
 TEST_P(Pressure, does_not_draw_bodies_to_others) {
   simulation.set_gravity(btVector3(0, 0, 0));
-  add_cloth(0);
+  const btScalar margin = btScalar(0.005);
+  add_cloth(0, margin);
   const btScalar gap = btScalar(0.03);
-  const btSoftBody& ball = add_ball(kRadius + gap);
+  const btSoftBody& ball = add_ball(kRadius + gap, margin);
   for (int step = 0; step < 30; ++step) simulation.step();
   EXPECT_GT(lowest_height(ball), gap - btScalar(0.01));
 }
@@ -75,8 +76,9 @@ TEST_P(Pressure, gives_no_energy_to_bodies_that_press) {
     }
   }
   simulation.add_rigid(std::make_unique<btBvhTriangleMeshShape>(&ground, true), btVector3(0, 0, 0)).setFriction(1);
-  const btSoftBody& cloth = add_cloth(btScalar(0.05));
-  const btSoftBody& ball = add_ball(btScalar(0.5));
+  const btScalar margin = btScalar(0.02);
+  const btSoftBody& cloth = add_cloth(btScalar(0.05), margin);
+  const btSoftBody& ball = add_ball(btScalar(0.5), margin);
   btScalar most = 0;
   int contacts = 0;
   for (int step = 0; step < 120; ++step) {

@@ -22,7 +22,8 @@ namespace softcd::bullet {
 /// with obstacles, including those of their edges, and crossings of soft bodies that the pass has moved, with others
 /// and with themselves.
 ///
-/// Impulses come first, then impact zones, which move as rigid bodies. Then small gaps separate features that zones
+/// Impulses come first, and in classic worlds a limit on how far they stretch links; then impact zones, which move as
+/// rigid bodies. Then small gaps separate features that zones
 /// leave within the rounding of positions. Nodes that still meet stay where the step began, because nothing crossed
 /// anything there. More and more nodes around them stay, until nothing meets. A rigid mesh with mass stays there, too,
 /// and stops, if nodes cannot make way for it. Inactive bodies move only if nothing else prevents a crossing. Each
@@ -84,6 +85,7 @@ class CrossingPrevention {
   struct Responses;
   void answer(std::vector<Impact> impacts, btScalar time_step);
   std::vector<Impact> respond(std::vector<Impact> impacts, Responses& responses, btScalar time_step);
+  bool limit_stretch(btScalar time_step);
   bool is_left_to_inactive_bodies(const std::vector<Impact>& impacts) const;
   void take_up(Impact& impact, btScalar time_step);
   void take_up(btSoftBody& body, btScalar time_step);

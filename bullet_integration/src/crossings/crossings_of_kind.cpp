@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "crossings/link_stretch.hpp"
+
 namespace softcd::bullet {
 namespace {
 
@@ -39,12 +41,15 @@ btVector3 push(Node& node, const btVector3& velocity, const btVector3& shift, bt
 /// for the contacts of later bodies after it has set the body's velocities. If the changes of the mean velocities were
 /// added to them, they could gain energy. Inactive bodies do not move by their own velocities, and keep them.
 bool finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, ImpactZones& zones,
-            btScalar /*time_step*/) {
+            btScalar time_step) {
   for (const auto& [body, before] : answered) {
     set_values(*body, &Node::m_v, before.velocities);
     if (!body->isActive()) take_velocities_away(*body);
   }
   solve_velocities(impacts, zones);
+  bool has_changed = false;
+  for (const auto& [body, before] : answered) has_changed |= limit_stretch(*body, before, time_step);
+  if (has_changed) solve_velocities(impacts, zones);
   for (const auto& [body, before] : answered) {
     if (body->isActive()) {
       body->updateNormals();
@@ -165,6 +170,7 @@ const CrossingsOfKind kClassicCrossings = {
     .velocity_change = [](const Node& node, const NodeStates& before, std::size_t index,
                           btScalar time_step) { return (node.m_x - before.ends[index]) / time_step; },
     .push = classic::push,
+    .limit_stretch = limit_stretch,
     .hold = [](Node& node) { node.m_x = node.m_q; },
     .finish = classic::finish,
     .parts_soft_bodies_from_start = true,
@@ -179,6 +185,7 @@ const CrossingsOfKind kDeformableCrossings = {
     .velocity_change = [](const Node& node, const NodeStates& before, std::size_t index,
                           btScalar) { return node.m_v - before.velocities[index]; },
     .push = deformable::push,
+    .limit_stretch = [](btSoftBody& /*body*/, const NodeStates& /*before*/, btScalar /*time_step*/) { return false; },
     .hold = deformable::hold,
     .finish = deformable::finish,
     .parts_soft_bodies_from_start = false,
