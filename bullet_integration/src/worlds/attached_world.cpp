@@ -130,6 +130,7 @@ void AttachedWorld::remove_hooks() {
 }
 
 void AttachedWorld::leave_world() {
+  queries().massless_paths.take_starts_back(bodies());
   face_trees_.give_back();
   forget_rigid_algorithms(*world_->getPairCache(), *world_->getDispatcher());
   for (btSoftBody* body : bodies()) give_face_tree(*body);
