@@ -1,9 +1,8 @@
 #include "bodies/massless_node_paths.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
-
-#include "bodies/bounds.hpp"
 
 namespace softcd::bullet {
 namespace {
@@ -12,12 +11,6 @@ using Node = btSoftBody::Node;
 
 bool is_massless(const Node& node) {
   return !(node.m_im > 0);
-}
-
-btScalar size_of(const std::vector<btVector3>& places) {
-  Bounds bounds = {places.front(), places.front()};
-  for (const btVector3& place : places) bounds.add(place);
-  return bounds.low.distance(bounds.high);
 }
 
 /// Returns whether two velocities of a node differ by the rounding of its place only.
@@ -41,65 +34,71 @@ void replace_velocity(Node& node, const btVector3& of_path, const btVector3& own
 MasslessNodePaths::Track* MasslessNodePaths::find(const btSoftBody& body) {
   const auto found = tracks_.find(BodyKey(body));
   if (found == tracks_.end()) return nullptr;
-  return found->second.ends.size() == static_cast<std::size_t>(body.m_nodes.size()) ? &found->second : nullptr;
+  return found->second.node_count == body.m_nodes.size() ? &found->second : nullptr;
 }
 
 void MasslessNodePaths::begin_step(Span<btSoftBody* const> bodies) {
   give_velocities_back(bodies);
-  has_begun_ = true;
+  has_moves_ = false;
 }
 
-bool MasslessNodePaths::has_moved_massless_nodes_alone(const btSoftBody& body, const Track& track) {
+bool MasslessNodePaths::has_moved(const btSoftBody& body, const Track& track) {
   btScalar farthest = 0;
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    const Node& node = body.m_nodes[i];
-    const btVector3& end = track.ends[static_cast<std::size_t>(i)];
-    if (node.m_q == end) continue;
-    if (!is_massless(node)) return false;
-    farthest = btMax(farthest, node.m_q.distance(end));
+  for (const Path& path : track.paths) {
+    const Node& node = body.m_nodes[path.node];
+    if (node.m_q != path.start) return false;
+    farthest = btMax(farthest, node.m_x.distance(path.end));
   }
-  return farthest > 0 && farthest <= size_of(track.ends);
+  return farthest > 0 && farthest <= body.m_bounds[0].distance(body.m_bounds[1]);
+}
+
+void MasslessNodePaths::find_moves(Span<btSoftBody* const> bodies) {
+  if (!std::exchange(are_ends_known_, false) || tracks_.empty()) return;
+  for (const btSoftBody* body : bodies) {
+    Track* const track = find(*body);
+    if (track == nullptr) continue;
+    track->has_moved = has_moved(*body, *track);
+    has_moves_ |= track->has_moved;
+  }
 }
 
 void MasslessNodePaths::set_starts(Span<btSoftBody* const> bodies) {
-  if (!std::exchange(has_begun_, false) || !std::exchange(are_ends_known_, false)) return;
+  if (!std::exchange(has_moves_, false)) return;
   for (btSoftBody* body : bodies) {
-    if (tracks_.empty() || !body->isActive()) continue;  // Bullet has not predicted sleeping bodies
     Track* const track = find(*body);
-    if (track == nullptr || !has_moved_massless_nodes_alone(*body, *track)) continue;
-    for (int i = 0; i < body->m_nodes.size(); ++i) {
-      Node& node = body->m_nodes[i];
-      const btVector3& end = track->ends[static_cast<std::size_t>(i)];
-      if (node.m_q == end || track->lent.size() == track->lent.capacity()) continue;
-      track->lent.push_back({i, node.m_q, node.m_v});
-      node.m_q = end;
-      node.m_v = (node.m_x - node.m_q) * body->m_sst.isdt;
-      has_lent_ = true;
+    if (track == nullptr || !track->has_moved || !body->isActive()) continue;  // sleeping bodies have no prediction
+    for (Path& path : track->paths) {
+      Node& node = body->m_nodes[path.node];
+      if (node.m_q == path.end || !is_massless(node)) continue;
+      path.own_start = std::exchange(node.m_q, path.end);
+      path.own_velocity = node.m_v;
+      node.m_v = (node.m_x - path.end) * body->m_sst.isdt;
+      path.is_changed = has_changes_ = true;
     }
   }
 }
 
 void MasslessNodePaths::give_velocities_back(Span<btSoftBody* const> bodies) {
-  if (!std::exchange(has_lent_, false)) return;
+  if (!std::exchange(has_changes_, false)) return;
   for (btSoftBody* body : bodies) {
     Track* const track = find(*body);
     if (track == nullptr) continue;
-    for (const Lent& lent : track->lent) {
-      Node& node = body->m_nodes[lent.node];
-      const btVector3 end = lent.place + lent.velocity * body->m_sst.sdt;
-      const btVector3 velocity = (end - track->ends[static_cast<std::size_t>(lent.node)]) * body->m_sst.isdt;
-      replace_velocity(node, velocity, lent.velocity, *body);
+    for (Path& path : track->paths) {
+      if (!std::exchange(path.is_changed, false)) continue;
+      const btVector3 end = path.own_start + path.own_velocity * body->m_sst.sdt;
+      replace_velocity(body->m_nodes[path.node], (end - path.end) * body->m_sst.isdt, path.own_velocity, *body);
     }
-    track->lent.clear();
   }
 }
 
 void MasslessNodePaths::take_starts_back(Span<btSoftBody* const> bodies) {
-  if (!has_lent_) return;
+  if (!has_changes_) return;
   for (btSoftBody* body : bodies) {
     const Track* const track = find(*body);
     if (track == nullptr) continue;
-    for (const Lent& lent : track->lent) body->m_nodes[lent.node].m_q = lent.place;
+    for (const Path& path : track->paths) {
+      if (path.is_changed) body->m_nodes[path.node].m_q = path.own_start;
+    }
   }
   give_velocities_back(bodies);
 }
@@ -109,14 +108,14 @@ void MasslessNodePaths::end_step(Span<btSoftBody* const> bodies) {
   try {
     for (const btSoftBody* body : bodies) {
       const Span<const Node> nodes = span_of(body->m_nodes);
-      const auto massless = std::count_if(nodes.begin(), nodes.end(), is_massless);
-      if (massless == 0) continue;
+      if (std::none_of(nodes.begin(), nodes.end(), is_massless)) continue;
       Track& track = tracks_[BodyKey(*body)];
-      track.ends.clear();
-      track.ends.reserve(nodes.size());
-      for (const Node& node : nodes) track.ends.push_back(node.m_x);
-      track.lent.clear();
-      track.lent.reserve(static_cast<std::size_t>(massless));
+      track.paths.clear();
+      track.node_count = body->m_nodes.size();
+      for (int i = 0; i < track.node_count; ++i) {
+        const Node& node = body->m_nodes[i];
+        if (is_massless(node)) track.paths.push_back({i, node.m_x, node.m_q});
+      }
       track.is_present = true;
     }
   } catch (...) {

@@ -51,6 +51,7 @@ void AttachedWorld::start_over() {
 }
 
 void AttachedWorld::before_prediction() {
+  queries().massless_paths.find_moves(bodies());
   hide_tree_flags(bodies(), queries().kind().tree_flag);
   stage_ = Stage::begun;
 }

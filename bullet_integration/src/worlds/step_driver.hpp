@@ -39,7 +39,10 @@ class StepDriver {
     queries.massless_paths.begin_step(bodies());
   }
   /// Keeps Bullet from building and updating trees while the returned object lives.
-  NodeTreesAtRest predict() const { return {bodies(), queries.kind().tree_flag}; }
+  NodeTreesAtRest predict() const {
+    queries.massless_paths.find_moves(bodies());
+    return {bodies(), queries.kind().tree_flag};
+  }
   /// Saves the poses of rigid objects, begins the paths of massless nodes, and sweeps boxes.
   void pairs() const;
 
