@@ -46,6 +46,8 @@ class AnySimulation {
     attachment_ = bullet::attach(world(), settings);
   }
 
+  void detach() { attachment_->detach(); }
+
   btDiscreteDynamicsWorld& world() {
     return deformable_ != nullptr ? static_cast<btDiscreteDynamicsWorld&>(deformable_->world()) : classic_->world();
   }

@@ -22,13 +22,13 @@ namespace softcd::bullet {
 /// with obstacles, including those of their edges, and crossings of soft bodies that the pass has moved, with others
 /// and with themselves.
 ///
-/// Impulses come first, and in classic worlds a limit on how far they stretch links; then impact zones, which move as
-/// rigid bodies. Then small gaps separate features that zones
-/// leave within the rounding of positions. Nodes that still meet stay where the step began, because nothing crossed
-/// anything there. More and more nodes around them stay, until nothing meets. A rigid mesh with mass stays there, too,
-/// and stops, if nodes cannot make way for it. Inactive bodies move only if nothing else prevents a crossing. Each
-/// later query tests only pairs with a changed body: the other pairs have not moved since they were found free of
-/// crossings. Owned by WorldQueries, which calls run() after Bullet's solver.
+/// Impulses come first, and in classic worlds a limit on how far these stretch links. Then impact zones move as rigid
+/// bodies. Then small gaps separate features that zones leave within the rounding of positions. Nodes that still meet
+/// stay where the step began, because nothing crossed anything there. More and more nodes around them stay, until
+/// nothing meets. A rigid mesh with mass stays there, too, and stops, if nodes cannot make way for it. Inactive bodies
+/// move only if nothing else prevents a crossing. Each later query tests only pairs with a changed body: the other
+/// pairs have not moved since they were found free of crossings. Owned by WorldQueries, which calls run() after
+/// Bullet's solver.
 class CrossingPrevention {
  public:
   using Kind = CrossingsOfKind;

@@ -51,6 +51,7 @@ void AttachedWorld::start_over() {
 }
 
 void AttachedWorld::before_prediction() {
+  queries().massless_paths.find_moves(bodies());
   hide_tree_flags(bodies(), queries().kind().tree_flag);
   stage_ = Stage::begun;
 }
@@ -130,6 +131,7 @@ void AttachedWorld::remove_hooks() {
 }
 
 void AttachedWorld::leave_world() {
+  queries().massless_paths.take_starts_back(bodies());
   face_trees_.give_back();
   forget_rigid_algorithms(*world_->getPairCache(), *world_->getDispatcher());
   for (btSoftBody* body : bodies()) give_face_tree(*body);

@@ -28,6 +28,7 @@ void sweep_boxes(Span<btSoftBody* const> bodies, const Settings& settings, btBro
 
 void StepDriver::pairs() const {
   queries.keep_rigid_starts(objects(), world_.getDispatchInfo().m_timeStep);
+  queries.massless_paths.set_starts(bodies());
   sweep_boxes(bodies(), queries.settings(), broadphase(), world_.getDispatcher());
 }
 
@@ -48,11 +49,15 @@ void ClassicStep::before_solver() const {
 }
 
 void ClassicStep::end(btScalar time_step) const {
-  queries.read_out.confirm_replay(bodies());
-  queries.late_contacts.solve(bodies(), queries.read_out.replayed_impulses());
-  queries.late_impulses.answer(objects(), time_step, queries.read_out.replayed_impulses());
-  queries.read_out.take_replayed_impulses();
-  queries.prevent_crossings(bodies(), objects(), gate(), time_step);
+  {
+    const AtEnd answered([this] { queries.massless_paths.give_velocities_back(bodies()); });
+    queries.read_out.confirm_replay(bodies());
+    queries.late_contacts.solve(bodies(), queries.read_out.replayed_impulses());
+    queries.late_impulses.answer(objects(), time_step, queries.read_out.replayed_impulses());
+    queries.read_out.take_replayed_impulses();
+    queries.prevent_crossings(bodies(), objects(), gate(), time_step);
+  }
+  queries.end_massless_paths(bodies());
   queries.read_out.finish(broadphase());
 }
 

@@ -34,10 +34,16 @@ class StepDriver {
 
   Span<btSoftBody* const> bodies() const { return span_of(bodies_); }
 
-  void begin() const { queries.read_out.begin_step(); }
+  void begin() const {
+    queries.read_out.begin_step();
+    queries.massless_paths.begin_step(bodies());
+  }
   /// Keeps Bullet from building and updating trees while the returned object lives.
-  NodeTreesAtRest predict() const { return {bodies(), queries.kind().tree_flag}; }
-  /// Saves the poses of rigid objects and sweeps boxes.
+  NodeTreesAtRest predict() const {
+    queries.massless_paths.find_moves(bodies());
+    return {bodies(), queries.kind().tree_flag};
+  }
+  /// Saves the poses of rigid objects, begins the paths of massless nodes, and sweeps boxes.
   void pairs() const;
 
   WorldQueries& queries;

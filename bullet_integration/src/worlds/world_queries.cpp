@@ -149,6 +149,14 @@ void WorldQueries::keep_starts(Span<btSoftBody* const> bodies) {
   crossings.run([&](CrossingPrevention& prevention) { prevention.keep_starts(bodies); });
 }
 
+void WorldQueries::end_massless_paths(Span<btSoftBody* const> bodies) {
+  try {
+    massless_paths.end_step(bodies);
+  } catch (...) {
+    failed_paths_.note(settings_);
+  }
+}
+
 void WorldQueries::keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step) {
   if (!prevents_crossings() || !settings_.rigid_meshes) return;
   crossings.run([&](CrossingPrevention& prevention) { prevention.keep_rigid_starts(objects, time_step); });

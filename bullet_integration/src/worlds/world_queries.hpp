@@ -6,6 +6,7 @@
 
 #include "BulletCollision/CollisionDispatch/btCollisionDispatcher.h"
 #include "bodies/guarded.hpp"
+#include "bodies/massless_node_paths.hpp"
 #include "bodies/query_options.hpp"
 #include "contacts/backed_nodes.hpp"
 #include "contacts/contact_detection.hpp"
@@ -84,6 +85,9 @@ class WorldQueries {
   /// Runs the step's last pass: see Untangling and CrossingPrevention. Does nothing unless may_change().
   void prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects, const PairGate& gate,
                          btScalar time_step);
+  /// Classic worlds: see MasslessNodePaths::end_step(). The other worlds never call it, so their nodes have no such
+  /// paths.
+  void end_massless_paths(Span<btSoftBody* const> bodies);
   /// Call it before Bullet moves rigid objects in a step.
   void keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step);
 
@@ -108,6 +112,7 @@ class WorldQueries {
   const WorldKind& kind_;
   Settings settings_;  ///< all members below refer to it
   Failures failed_responses_{"the step has Bullet's own response to contacts between soft bodies"};
+  Failures failed_paths_{"the next step does not know from where the app moves massless nodes"};
 
  public:
   WorldMirror mirror;  ///< declared before its users
@@ -120,6 +125,7 @@ class WorldQueries {
   WorldRays rays;
   LateImpulses late_impulses;  ///< used in classic worlds
   LateContacts late_contacts;  ///< used in classic worlds
+  MasslessNodePaths massless_paths;
   /// Returns the world's broad phase, or null if that is gone.
   std::function<btBroadphaseInterface*()> broadphase = [] { return nullptr; };
   /// Whether the present step will call prevent_crossings(). A world that leaves its contacts to a Dispatcher sets it
