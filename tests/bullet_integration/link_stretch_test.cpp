@@ -130,7 +130,7 @@ btScalar most_energy(World world, const bullet::Settings& settings, int iteratio
 TEST(LinkStretch, does_not_throw_a_cloth_that_is_pulled_through_a_ring) {
   for (const World world : kClassicLookingWorlds) {
     for (const bullet::Settings& settings : {bullet::Settings::balanced(), bullet::Settings::safe()}) {
-      for (const btScalar shift : {btScalar(0), btScalar(1e-3), btScalar(1.5e-3), btScalar(2e-3)}) {
+      for (const btScalar shift : {btScalar(0), btScalar(1.5e-3)}) {
         SCOPED_TRACE("world " + std::to_string(int(world)) + ", shift " + std::to_string(shift));
         EXPECT_LT(most_energy(world, settings, /*iterations=*/1, shift), 60);
       }
