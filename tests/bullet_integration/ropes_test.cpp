@@ -302,6 +302,23 @@ TEST_P(Ropes, are_read_out_with_what_they_give_each_other) {
   EXPECT_LT(given.y(), -0.01) << "the lower one is pushed down";
 }
 
+TEST(RopesWithoutEdgeContacts, are_tested_only_if_a_body_has_faces) {
+  demo::Simulation simulation(demo::PlugIn::one_line_world, rope_settings(Detection::dcd, EdgeContacts::off));
+  simulation.world_info().m_gravity.setZero();
+  simulation.add(straight_rope(simulation.world_info(), 7, btVector3(-1, 0, 0), btVector3(1, 0, 0)));
+  simulation.add(
+      straight_rope(simulation.world_info(), 7, btVector3(0, btScalar(0.02), -1), btVector3(0, btScalar(0.02), 1)));
+  const auto active_features = [&] {
+    simulation.step(kStep);
+    return simulation.detection()->contact_report().statistics().active_triangles;
+  };
+  EXPECT_EQ(active_features(), 0U);
+  SheetOptions sheet;
+  sheet.height = btScalar(-0.02);
+  simulation.add(make_sheet(simulation.world_info(), sheet));
+  EXPECT_GT(active_features(), 0U);
+}
+
 TEST(RopeTopology, is_followed_in_every_step) {
   demo::Simulation simulation(demo::PlugIn::one_line_world, rope_settings(Detection::dcd, EdgeContacts::report));
   simulation.world_info().m_gravity.setZero();

@@ -73,8 +73,13 @@ void ContactDetection::read(Span<btSoftBody* const> bodies) {
   BT_PROFILE("softcd contacts");
   mirror_.compare(bodies);
   bodies_.clear();
+  // Without faces only edges could touch.
+  const bool can_touch = settings_.edge_contacts != EdgeContacts::off ||
+                         std::any_of(bodies.begin(), bodies.end(), [this](const btSoftBody* body) {
+                           return body->m_faces.size() > 0 && has_vertex_face_contacts(kind_.ends, *body);
+                         });
   for (btSoftBody* body : bodies) {
-    if (!has_vertex_face_contacts(kind_.ends, *body)) continue;
+    if (!can_touch || !has_vertex_face_contacts(kind_.ends, *body)) continue;
     mirror_.require(*body, needs_both_ends());
     bodies_.push_back(body);
   }

@@ -363,10 +363,11 @@ void Untangling::search(Span<btSoftBody* const> bodies, const PairRule& rule) {
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Member& a = mirror_.member(*bodies[i]);
-    if (a.settings.self_collision) candidates.push_back({{a.id, a.id}, is_new(a)});
+    if (a.settings.self_collision && a.mesh.face_count > 0) candidates.push_back({{a.id, a.id}, is_new(a)});
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
       const Member& b = mirror_.member(*bodies[j]);
       if (a.settings.kinematic && b.settings.kinematic) continue;
+      if (a.mesh.face_count == 0 && b.mesh.face_count == 0) continue;
       if (boxes[i].overlaps(boxes[j]) && rule(*a.body, *b.body)) {
         candidates.push_back({by_ids(a.id, b.id), is_new(a) || is_new(b)});
       }
