@@ -30,7 +30,8 @@ enum class Massless { none, every_second, all };
 
 class MovedMassless : public WarnedSimulation {
  protected:
-  explicit MovedMassless(bullet::Settings settings = bullet::Settings::safe()) : WarnedSimulation(on_cpu(settings)) {}
+  explicit MovedMassless(const bullet::Settings& settings = bullet::Settings::safe())
+      : WarnedSimulation(on_cpu(settings)) {}
   static bullet::Settings on_cpu(bullet::Settings settings) {
     settings.backend = Backend::cpu;
     return settings;
