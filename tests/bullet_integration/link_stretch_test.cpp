@@ -21,23 +21,23 @@
 namespace softcd::test {
 namespace {
 
-/// A link of length 1 whose nodes move apart along x, in a step of one second. Nodes without mass have `mass` 0.
+/// A link of length 1 whose nodes move apart along x, in a step of one second. A mass of 0 holds a node.
 struct MovedLink {
   btSoftBodyWorldInfo world_info;
   std::unique_ptr<btSoftBody> body;
-  bullet::NodeStates before;
+  bullet::AnsweredBodies answered;
 
   MovedLink(const btScalar (&masses)[2], btScalar length_at_start, btScalar solved_length) {
     const btVector3 places[] = {btVector3(0, 0, 0), btVector3(1, 0, 0)};
     body = std::make_unique<btSoftBody>(&world_info, 2, places, masses);
     body->appendLink(0, 1);
     body->m_nodes[1].m_q = btVector3(length_at_start, 0, 0);
-    before.ends = {btVector3(0, 0, 0), btVector3(solved_length, 0, 0)};
+    answered.add(*body)->ends = {btVector3(0, 0, 0), btVector3(solved_length, 0, 0)};
   }
   bool limit_stretch(btScalar velocity_a, btScalar velocity_b) {
     body->m_nodes[0].m_v = btVector3(velocity_a, 0, 0);
     body->m_nodes[1].m_v = btVector3(velocity_b, 0, 0);
-    return bullet::limit_stretch(*body, before, /*time_step=*/1);
+    return bullet::limit_stretch(answered, /*time_step=*/1);
   }
   btScalar velocity(int node) const { return body->m_nodes[node].m_v.x(); }
   btScalar length_at_end() const { return body->m_nodes[1].m_q.x() + velocity(1) - velocity(0); }

@@ -295,12 +295,6 @@ struct CrossingPrevention::Responses {
   int gaps = 0;
 };
 
-bool CrossingPrevention::limit_stretch(btScalar time_step) {
-  bool has_changed = false;
-  for (const auto& [body, before] : answered_) has_changed |= kind_.limit_stretch(*body, before, time_step);
-  return has_changed;
-}
-
 /// Changes the nodes' ends until nothing meets. Returns the impacts that no response prevents.
 std::vector<Impact> CrossingPrevention::respond(std::vector<Impact> impacts, Responses& responses, btScalar time_step) {
   auto& [answered, zones, held, gaps] = responses;
@@ -310,7 +304,7 @@ std::vector<Impact> CrossingPrevention::respond(std::vector<Impact> impacts, Res
       // Also applies the earlier rounds' impacts: the response to one impact alone can bring back another.
       answered.insert(answered.end(), impacts.begin(), impacts.end());
       apply_inelastic_impulses(answered);
-      if (limit_stretch(time_step)) apply_inelastic_impulses(answered);
+      if (kind_.limit_stretch(answered_, time_step)) apply_inelastic_impulses(answered);
     } else if (round < kind_.rounds.zones && held.empty() && zones.join(impacts)) {
       zones.move_as_one();
     } else if (gaps < kMostGaps && held.empty() &&

@@ -85,7 +85,6 @@ class CrossingPrevention {
   struct Responses;
   void answer(std::vector<Impact> impacts, btScalar time_step);
   std::vector<Impact> respond(std::vector<Impact> impacts, Responses& responses, btScalar time_step);
-  bool limit_stretch(btScalar time_step);
   bool is_left_to_inactive_bodies(const std::vector<Impact>& impacts) const;
   void take_up(Impact& impact, btScalar time_step);
   void take_up(btSoftBody& body, btScalar time_step);

@@ -47,9 +47,7 @@ bool finish(const AnsweredBodies& answered, const std::vector<Impact>& impacts, 
     if (!body->isActive()) take_velocities_away(*body);
   }
   solve_velocities(impacts, zones);
-  bool has_changed = false;
-  for (const auto& [body, before] : answered) has_changed |= limit_stretch(*body, before, time_step);
-  if (has_changed) solve_velocities(impacts, zones);
+  if (limit_stretch(answered, time_step)) solve_velocities(impacts, zones);
   for (const auto& [body, before] : answered) {
     if (body->isActive()) {
       body->updateNormals();
@@ -185,7 +183,7 @@ const CrossingsOfKind kDeformableCrossings = {
     .velocity_change = [](const Node& node, const NodeStates& before, std::size_t index,
                           btScalar) { return node.m_v - before.velocities[index]; },
     .push = deformable::push,
-    .limit_stretch = [](btSoftBody& /*body*/, const NodeStates& /*before*/, btScalar /*time_step*/) { return false; },
+    .limit_stretch = [](const AnsweredBodies& /*answered*/, btScalar /*time_step*/) { return false; },
     .hold = deformable::hold,
     .finish = deformable::finish,
     .parts_soft_bodies_from_start = false,

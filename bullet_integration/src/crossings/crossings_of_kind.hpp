@@ -65,8 +65,8 @@ struct CrossingsOfKind {
   /// Changes a node's velocity and its end accordingly, and shifts the end in this step alone. Returns the change as
   /// velocity_change() counts it.
   btVector3 (*push)(btSoftBody::Node&, const btVector3& velocity, const btVector3& shift, btScalar time_step);
-  /// Limits how far responses stretch a body's links: see link_stretch.hpp. Returns whether velocities have changed.
-  bool (*limit_stretch)(btSoftBody&, const NodeStates& before, btScalar time_step);
+  /// Limits how far responses stretch links: see link_stretch.hpp. Returns whether velocities have changed.
+  bool (*limit_stretch)(const AnsweredBodies&, btScalar time_step);
   /// Holds a node where the step began, with its velocity; after move_end().
   void (*hold)(btSoftBody::Node&);
   /// Called once for all bodies when the ends are final. `impacts` and `zones` are those with a response. Returns

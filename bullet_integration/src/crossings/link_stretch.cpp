@@ -15,9 +15,7 @@ constexpr btScalar kMostStretch = 2;
 /// A link that is longer than its limit by a smaller share is left as it is.
 constexpr btScalar kNegligibleShare = btScalar(1e-3);
 
-}  // namespace
-
-bool limit_stretch(btSoftBody& body, const NodeStates& before, btScalar time_step) {
+bool limit_stretch_of(btSoftBody& body, const NodeStates& before, btScalar time_step) {
   const auto solved_end = [&](const Node& node) {
     return before.ends[static_cast<std::size_t>(&node - &body.m_nodes[0])];
   };
@@ -37,6 +35,14 @@ bool limit_stretch(btSoftBody& body, const NodeStates& before, btScalar time_ste
     b.m_v -= b.m_im * impulse;
     has_changed = true;
   }
+  return has_changed;
+}
+
+}  // namespace
+
+bool limit_stretch(const AnsweredBodies& answered, btScalar time_step) {
+  bool has_changed = false;
+  for (const auto& [body, before] : answered) has_changed |= limit_stretch_of(*body, before, time_step);
   return has_changed;
 }
 
