@@ -85,7 +85,9 @@ std::vector<Setting> settings(demo::World world) {
   for (const float factor : {1.2F, 2.4F}) {
     turn("cell size factor", fmt::format("{:.1f}", factor), &Setting::cell_size_factor, factor);
   }
-  turn("contacts", "closest feature", &Setting::contacts, bullet::Contacts::closest_feature);
+  if (world == demo::World::classic) {
+    turn("contacts", "closest feature", &Setting::contacts, bullet::Contacts::closest_feature);
+  }
   for (const std::uint32_t most : {1U, 2U}) {
     turn("contacts", fmt::format("{} a node", most), &Setting::contacts_per_node, most);
   }

@@ -107,8 +107,10 @@ void draw_settings(const Session& session, PanelState& state) {
   draw_switch("ccd: along the whole step", &Settings::detection, Detection::dcd, Detection::ccd, session, state);
   draw_switch("edges respond", &Settings::edge_contacts, bullet::EdgeContacts::off, bullet::EdgeContacts::respond,
               session, state);
-  draw_switch("one contact for each nearest place", &Settings::contacts, bullet::Contacts::all,
-              bullet::Contacts::closest_feature, session, state);
+  if (session.options().world == World::classic) {
+    draw_switch("one contact for each nearest place", &Settings::contacts, bullet::Contacts::all,
+                bullet::Contacts::closest_feature, session, state);
+  }
   draw_switch("faces and edges on convex shapes", &Settings::convex_shapes, bullet::ConvexShapes::nodes,
               bullet::ConvexShapes::faces_and_edges, session, state);
 }

@@ -43,9 +43,9 @@ class Contacts(enum.Enum):
     all = "all"
     """All within the margin."""
     closest_feature = "closest_feature"
-    """One for each place where the body's surface is nearest to the node."""
+    """In the soft world one for each place where the body's surface is nearest to the node; in the deformable, all."""
     automatic = "automatic"
-    """closest_feature in the soft world with detection="dcd", otherwise all."""
+    """closest_feature with detection="dcd", otherwise all."""
 
 
 class ConvexShapes(enum.Enum):

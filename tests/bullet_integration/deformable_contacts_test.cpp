@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <iostream>
 #include <map>
 #include <set>
@@ -10,6 +11,7 @@
 
 #include "BulletSoftBody/btSoftBodyInternals.h"
 #include "deformable_support.hpp"
+#include "exact_contacts.hpp"
 
 namespace softcd::test {
 namespace {
@@ -163,6 +165,43 @@ TEST_P(DeformableContacts, are_those_of_bullets_trees_once_each) {
     if (pair.node_body == pair.face_body) continue;
     EXPECT_EQ(native.count(pair), 1U) << "a contact that Bullet has not";
   }
+}
+
+/// With `closest_feature`, too, which leaves out contacts in classic worlds only.
+TEST_P(DeformableContacts, are_all_given_whatever_the_choice) {
+  for (const Detection detection : {Detection::dcd, Detection::ccd}) {
+    bullet::Settings settings = test_settings(detection);
+    settings.edge_contacts = bullet::EdgeContacts::respond;
+    const NodeFaces all = contacts_after_a_step(GetParam().second, settings, nullptr);
+    EXPECT_GT(all.size(), 300U);
+    settings.contacts = bullet::Contacts::closest_feature;
+    EXPECT_EQ(contacts_after_a_step(GetParam().second, settings, nullptr), all);
+  }
+}
+
+/// Returns how near each node comes to each body in these contacts.
+std::map<std::array<int, 3>, long double> nearest_of(const NodeFaces& contacts,
+                                                     const btAlignedObjectArray<btSoftBody*>& bodies) {
+  std::map<std::array<int, 3>, long double> nearest;
+  for (const NodeFace& each : contacts) {
+    const long double distance =
+        distance_of(bodies[each.node_body]->m_nodes[each.node], bodies[each.face_body]->m_faces[each.face]);
+    const auto [place, is_new] = nearest.try_emplace({each.node_body, each.node, each.face_body}, distance);
+    place->second = std::min(place->second, distance);
+  }
+  return nearest;
+}
+
+/// A node beside a face may be nearer to the face's plane than to any face.
+TEST_P(DeformableContacts, with_a_bound_are_the_nearest) {
+  const auto at_start = GetParam().second(std::nullopt);
+  const btAlignedObjectArray<btSoftBody*>& bodies = at_start->world().getSoftBodyArray();
+  bullet::Settings settings = test_settings();
+  const auto all = nearest_of(contacts_after_a_step(GetParam().second, settings, nullptr), bodies);
+  settings.contacts_per_node = 1;
+  const auto left = nearest_of(contacts_after_a_step(GetParam().second, settings, nullptr), bodies);
+  ASSERT_EQ(left.size(), all.size());
+  for (const auto& [site, distance] : all) EXPECT_NEAR(double(left.at(site)), double(distance), 2e-6);
 }
 
 /// Bullet's values of a contact that both worlds have.

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "bodies/vectors.hpp"
 #include "contacts/edge_economy.hpp"
-#include "softcd/math/closest_point.hpp"
 #include "softcd/mesh/features.hpp"
 
 namespace softcd::bullet {
@@ -13,10 +11,11 @@ namespace {
 
 /// Returns whether a node gets one contact for each place where the surface is nearest. Bullet's solver of classic
 /// worlds treats contacts in turn: with `dcd`, several contacts with one normal would each push by Bullet's growing
-/// margin.
+/// margin. In the deformable world one contact cannot replace others: each one slows the approach by itself.
 bool wants_closest(const ContactsOfKind& kind, const Settings& settings) {
-  if (settings.contacts != Contacts::automatic) return settings.contacts == Contacts::closest_feature;
-  return kind.solves_in_turns && settings.detection == Detection::dcd;
+  if (!kind.solves_in_turns) return false;
+  if (settings.contacts == Contacts::automatic) return settings.detection == Detection::dcd;
+  return settings.contacts == Contacts::closest_feature;
 }
 
 /// Returns whether a push along the one contact's normal also moves out of the other contact.
@@ -24,39 +23,34 @@ bool are_on_one_side(const Contact& a, const Contact& b) {
   return dot(a.normal, b.normal) > 0;
 }
 
-/// Returns whether the face of contact `other` has the feature at which the contact lies.
-bool has_feature(const NodeContact& other, const NodeContact& contact) {
-  const std::uint32_t(&v)[4] = other.found.contact.vertices;
-  const Triangle face{{v[1], v[2], v[3]}};
-  for (std::size_t corner = 0; corner < 3; ++corner) {
-    if (contact.has_corner[corner] && !has_vertex(face, contact.found.contact.vertices[corner + 1])) return false;
+/// Returns whether the contact lies at no edge or corner of its face.
+bool lies_inside(const Contact& contact) {
+  return std::all_of(contact.weights + 1, contact.weights + 4, [](float weight) { return weight > 0; });
+}
+
+/// Returns whether the face of contact `other` has the feature at which the contact lies: face, edge or corner.
+bool has_feature(const Contact& other, const Contact& contact) {
+  const Triangle face{{other.vertices[1], other.vertices[2], other.vertices[3]}};
+  for (int corner = 1; corner < 4; ++corner) {
+    if (contact.weights[corner] > 0 && !has_vertex(face, contact.vertices[corner])) return false;
   }
   return true;
 }
 
 }  // namespace
 
-/// Computes the nearest point if weights are below 0. Such contacts are those of ContactRule::slab in the deformable
-/// world: the node's projection onto the face's plane lies beside the face, and the contact's distance is that from the
-/// plane.
 NodeContact node_contact(const MemberContact& found, bool is_turned, bool is_tangled) {
-  const Contact& contact = found.contact;
-  const float(&w)[4] = contact.weights;
-  if (!(w[1] < 0 || w[2] < 0 || w[3] < 0)) {
-    return {found, is_turned, is_tangled, double(contact.distance), {w[1] > 0, w[2] > 0, w[3] > 0}};
-  }
-  const auto x = [&](int vertex) { return to_doubles(found.node(vertex).m_x); };
-  const ClosestPoints<double> closest = closest_points_vertex_triangle(x(0), x(1), x(2), x(3));
-  const double(&u)[4] = closest.weights;
-  return {found, is_turned, is_tangled, closest.distance(), {u[1] > 0, u[2] > 0, u[3] > 0}};
+  const float(&w)[4] = found.contact.weights;
+  const bool is_beside_face = w[1] < 0 || w[2] < 0 || w[3] < 0;
+  const double distance = is_beside_face ? distance_from_face(found) : double(found.contact.distance);
+  return {found, distance, is_turned, is_tangled};
 }
 
 ContactEconomy::ContactEconomy(const ContactsOfKind& kind, const Settings& settings)
     : kind_(kind),
       settings_(settings),
       wants_closest_(wants_closest(kind, settings)),
-      chooses_edges_(wants_closest_ && settings.edge_contacts == EdgeContacts::respond &&
-                     kind.options(settings).contact_rule != ContactRule::slab) {}
+      chooses_edges_(wants_closest_ && settings.edge_contacts == EdgeContacts::respond) {}
 
 bool ContactEconomy::are_of_one_choice(const Contact& a, const Contact& b) const {
   return chooses() && a.feature_a == b.feature_a && a.body_a == b.body_a && a.body_b == b.body_b &&
@@ -101,12 +95,12 @@ void ContactEconomy::choose(std::vector<NodeContact>& contacts, std::vector<std:
 std::uint32_t ContactEconomy::owner_of(const std::vector<NodeContact>& contacts,
                                        const std::vector<std::uint32_t>& nearest_first, std::size_t place) const {
   const std::uint32_t i = nearest_first[place];
-  const std::array<bool, 3>& has_corner = contacts[i].has_corner;
-  if (!wants_closest_ || (has_corner[0] && has_corner[1] && has_corner[2])) return i;
+  const Contact& contact = contacts[i].found.contact;
+  if (!wants_closest_ || lies_inside(contact)) return i;
   for (std::size_t nearer = 0; nearer < place; ++nearer) {
     const NodeContact& other = contacts[nearest_first[nearer]];
-    if (!has_feature(other, contacts[i])) continue;
-    if (are_on_one_side(contacts[other.owner].found.contact, contacts[i].found.contact)) return other.owner;
+    if (!has_feature(other.found.contact, contact)) continue;
+    if (are_on_one_side(contacts[other.owner].found.contact, contact)) return other.owner;
   }
   return i;
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -12,12 +11,10 @@ namespace softcd::bullet {
 /// A contact of a node with a face that the solver may get.
 struct NodeContact {
   MemberContact found;
+  /// The node's distance from the face. By ContactRule::slab that of `found` is the distance from the face's plane.
+  double distance;
   bool is_turned;   ///< whether it pushes the node back through the face
   bool is_tangled;  ///< whether the features already intersect when the step begins
-  /// The distance of the node from the nearest point of the face, and the corners of the smallest feature with that
-  /// point: face, edge or corner.
-  double distance;
-  std::array<bool, 3> has_corner;
   /// The choice: what the solver gets for it, and the contact that carries its push, possibly itself. None carries it
   /// if it is dropped.
   ContactShare share = {/*count=*/0};

@@ -173,9 +173,7 @@ bool has_face_near(const WorldMirror::Member& member, std::uint32_t node, std::u
 /// trees find no contacts within a flat part of a surface, whose normals lie in a cone. ContactRule::slab does where
 /// faces are finer than the margins, and such contacts would crumple the surface.
 bool is_beside_face(const MemberContact& found) {
-  const auto place = [&](int i) { return to_doubles(found.node(i).m_x); };
-  const double distance = closest_points_vertex_triangle(place(0), place(1), place(2), place(3)).distance();
-  return distance > 2 * double(found.contact.distance);
+  return distance_from_face(found) > 2 * double(found.contact.distance);
 }
 
 /// Returns whether Bullet's trees would find the pair. ContactRule::slab reaches farther beyond the edges of a face
@@ -247,6 +245,11 @@ bool is_finer_than_margins(const WorldMirror::Member& member, std::uint32_t face
   return member.face(face).m_ra <= 2 * margins * margins;
 }
 
+double distance_from_face(const MemberContact& found) {
+  const auto place = [&](int i) { return to_doubles(found.node(i).m_x); };
+  return closest_points_vertex_triangle(place(0), place(1), place(2), place(3)).distance();
+}
+
 EdgeContact edge_contact_of(const MemberContact& found) {
   const Contact& contact = found.contact;
   const auto side = [&](const WorldMirror::Member& member, int first) {
@@ -303,7 +306,7 @@ std::optional<btSoftBody::SContact> ClassicContacts::contact_of(const MemberCont
   return soft_contact;
 }
 
-void ClassicContacts::carry(const MemberContact& /*found*/, const ContactShare& share, Entry& entry) {
+void ClassicContacts::carry(const ContactShare& share, Entry& entry) {
   if (share.is_turned) entry.m_normal *= -1;
   if (share.count > 1) entry.m_friction = 1 - btPow(1 - entry.m_friction, btScalar(share.count));
   entry.m_margin -= share.margin_cut;
@@ -357,12 +360,6 @@ std::optional<btSoftBody::DeformableFaceNodeContact> DeformableContacts::contact
   deformable.m_normal = deformable_normal(found, node, face);
   deformable.m_margin = margin_sum(*found.a.body, *found.b.body);
   return deformable;
-}
-
-void DeformableContacts::carry(const MemberContact& found, const ContactShare& share, Entry& entry) {
-  const btScalar distance = btScalar(found.contact.distance);
-  const btScalar depth = btMax(btScalar(0), entry.m_margin - distance);
-  entry.m_margin += btMin(btScalar(share.count - 1) * depth, distance);
 }
 
 void DeformableContacts::add_edges(const MemberContact& found, const AnchoredNodes& anchored,

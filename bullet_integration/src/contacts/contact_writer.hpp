@@ -72,11 +72,15 @@ class AnchoredNodes {
 /// contacts within the body. Measured by a right-angled face with two equal sides, whose height is at most the margins.
 bool is_finer_than_margins(const WorldMirror::Member& member, std::uint32_t face);
 
+/// Returns the distance of the node from the face, where both are now.
+double distance_from_face(const MemberContact& found);
+
 EdgeContact edge_contact_of(const MemberContact& found);
 
-/// Contacts of classic worlds: btSoftBody::SContact. Bullet's solver treats them in turn.
+/// Contacts of classic worlds: btSoftBody::SContact. Bullet's solver treats them in turn, so that one can carry others.
 struct ClassicContacts {
   using Entry = btSoftBody::SContact;
+  static constexpr bool kSolvesInTurns = true;
   static auto& array(btSoftBody& body) { return body.m_scontacts; }
 
   /// Makes a vertex-triangle contact of the vertex's body by the formulas of Bullet's CollideVF_SS. Returns none where
@@ -96,33 +100,23 @@ struct ClassicContacts {
   static btScalar margin_cut(const MemberContact& one, Span<const Entry> carried, std::size_t place);
   /// Makes the contact carry others, and turns it. Friction is the part of the sideways motion that Bullet's solver
   /// removes for a contact. A contact that carries several removes as much as all of them.
-  static void carry(const MemberContact& found, const ContactShare& share, Entry& entry);
+  static void carry(const ContactShare& share, Entry& entry);
   /// Adds two contacts for an edge-edge contact, one for each node of one edge, with a face at the other edge. Together
   /// they push the contact's points apart as one contact would.
   static void add_edges(const MemberContact& found, const AnchoredNodes& anchored, SolverContactBatch<Entry>& out);
 };
 
 /// Contacts of the deformable world: btSoftBody::DeformableFaceNodeContact. All contacts of a query are within their
-/// margins. Springs push at the same time, so no contact ends the approach for another, and none is turned.
+/// margins. Springs push at the same time, so no contact ends the approach for another, none carries others, and none
+/// is turned.
 struct DeformableContacts {
   using Entry = btSoftBody::DeformableFaceNodeContact;
+  static constexpr bool kSolvesInTurns = false;
   static auto& array(btSoftBody& body) { return body.m_faceNodeContacts; }
 
   /// Makes a vertex-triangle contact of the vertex's body by the formulas of Bullet's CollideVF_DD. Within a body, only
   /// where Bullet's rule (CollideFF_DD) has such contacts.
   static std::optional<Entry> contact_of(const MemberContact& found, Detection detection);
-  static bool is_turned(const MemberContact& /*found*/, Detection /*detection*/, bool /*is_chosen*/,
-                        FirstFan& /*fan*/) {
-    return false;
-  }
-  static bool is_tangled(const MemberContact& /*found*/, Detection /*detection*/, FirstFan& /*fan*/) { return false; }
-  static btScalar margin_cut(const MemberContact& /*one*/, Span<const Entry> /*carried*/, std::size_t /*place*/) {
-    return 0;
-  }
-  /// Enlarges the margin, so that Bullet's spring pushes as hard as the springs of all contacts that it carries, but no
-  /// harder than that of one contact whose features touch. Bullet stops springs at a speed proportional to the depth.
-  /// So an enlarged depth also enlarges that speed, and deep contacts would throw bodies apart.
-  static void carry(const MemberContact& found, const ContactShare& share, Entry& entry);
   /// Adds two contacts for an edge-edge contact, as above. Leaves out those with an anchored node: their push
   /// would have no opposite.
   static void add_edges(const MemberContact& found, const AnchoredNodes& anchored, SolverContactBatch<Entry>& out);

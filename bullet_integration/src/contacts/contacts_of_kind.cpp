@@ -31,7 +31,7 @@ std::unique_ptr<SolverContacts> make_solver_contacts() {
 
 const ContactsOfKind kClassicContacts = {
     .ends = kClassicEnds,
-    .solves_in_turns = true,
+    .solves_in_turns = ClassicContacts::kSolvesInTurns,
     .options = classic_options,
     .asks_gate = [](const Settings&) { return true; },
     .make_solver_contacts = make_solver_contacts<ClassicContacts>,
@@ -39,7 +39,7 @@ const ContactsOfKind kClassicContacts = {
 
 const ContactsOfKind kDeformableContacts = {
     .ends = kDeformableEnds,
-    .solves_in_turns = false,
+    .solves_in_turns = DeformableContacts::kSolvesInTurns,
     .options = deformable_options,
     .asks_gate = [](const Settings& settings) { return settings.filter_deformables; },
     .make_solver_contacts = make_solver_contacts<DeformableContacts>,

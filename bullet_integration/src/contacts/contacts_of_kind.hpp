@@ -14,7 +14,7 @@ struct ContactsOfKind {
   const NodeEnds& ends;
 
   /// Whether Bullet solves bodies in turn, each with its links. Then a value that is not a number spreads over its
-  /// whole body by the end of the step, and to all bodies that it touches.
+  /// whole body by the end of the step, and to all bodies that it touches. And one contact can carry others.
   bool solves_in_turns;
 
   /// Returns the options of the query for contacts between soft bodies.

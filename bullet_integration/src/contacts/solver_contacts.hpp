@@ -165,10 +165,14 @@ class SolverContactsOf final : public SolverContacts {
   static void judge(const Step& step, const MemberContact& found, FirstFan& fan, Batch& batch) {
     const std::optional<T> contact = Kind::contact_of(found, step.detection);
     if (!contact) return;
-    const bool is_turned = Kind::is_turned(found, step.detection, step.economy.chooses(), fan);
-    if (step.economy.chooses()) {
-      const bool is_tangled = Kind::is_tangled(found, step.detection, fan);
-      if (is_tangled) note_tangled({found.a.id, found.b.id}, batch.tangled);
+    const bool is_chosen = step.economy.chooses();
+    bool is_turned = false, is_tangled = false;
+    if constexpr (Kind::kSolvesInTurns) {
+      is_turned = Kind::is_turned(found, step.detection, is_chosen, fan);
+      is_tangled = is_chosen && Kind::is_tangled(found, step.detection, fan);
+    }
+    if (is_tangled) note_tangled({found.a.id, found.b.id}, batch.tangled);
+    if (is_chosen) {
       batch.of_node.push_back(node_contact(found, is_turned, is_tangled));
       batch.made.push_back(*contact);
     } else {
@@ -178,7 +182,7 @@ class SolverContactsOf final : public SolverContacts {
 
   static void add(const Step& step, const MemberContact& found, const ContactShare& share, T contact, Batch& batch) {
     ++batch.given.of_nodes;
-    Kind::carry(found, share, contact);
+    if constexpr (Kind::kSolvesInTurns) Kind::carry(share, contact);
     const std::size_t first = batch.contacts.size();
     batch.add(*found.a.body, contact);
     add_note(step, found, first, batch);
@@ -188,7 +192,7 @@ class SolverContactsOf final : public SolverContacts {
   static void choose(const Step& step, Batch& batch) {
     if (batch.of_node.empty()) return;
     step.economy.choose(batch.of_node, batch.nearest_first);
-    cut_margins(batch);
+    if constexpr (Kind::kSolvesInTurns) cut_margins(batch);
     for (std::size_t i = 0; i < batch.of_node.size(); ++i) {
       const NodeContact& each = batch.of_node[i];
       if (each.share.count > 0) add(step, each.found, each.share, batch.made[i], batch);

@@ -50,17 +50,6 @@ ContactSide edge_side(const btSoftBody& body, const Contact& contact, int first)
   return side;
 }
 
-/// Returns the distance at which the solver holds the node from the face.
-btScalar margin_at(const btSoftBody::SContact& entry, const btSoftBody& /*owner*/, const btSoftBody& /*other*/) {
-  return entry.m_margin;
-}
-
-/// Ignores the entry's own margin, which is larger if it carries several contacts: see DeformableContacts::carry().
-btScalar margin_at(const btSoftBody::DeformableFaceNodeContact& /*entry*/, const btSoftBody& owner,
-                   const btSoftBody& other) {
-  return margin_of(owner) + margin_of(other);
-}
-
 void turn_round(ReadContact& read) {
   std::swap(read.contact.a, read.contact.b);
   read.contact.normal = -read.contact.normal;
@@ -146,8 +135,7 @@ void ContactReader::read_soft(const btSoftBody& owner, const btAlignedObjectArra
     read.contact.a = node_side(owner, *entry.m_node);
     read.contact.b = face_side(*range->body, *entry.m_face, entry.*weights);
     read.contact.normal = entry.m_normal;
-    read.contact.depth =
-        margin_at(entry, owner, *range->body) - entry.m_normal.dot(read.contact.a.position - read.contact.b.position);
+    read.contact.depth = entry.m_margin - entry.m_normal.dot(read.contact.a.position - read.contact.b.position);
     read.contact.time_of_impact = note != nullptr ? btScalar(note->contact.time_of_impact) : btScalar(1);
     if (range->order < order_of(owner)) turn_round(read);
     contacts.push_back(read);

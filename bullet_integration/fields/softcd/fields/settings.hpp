@@ -33,8 +33,8 @@ inline constexpr auto kHelpOf<&bullet::Settings::edge_contacts> =
     "deformable world, off in classic worlds";
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::contacts> =
-    "The contacts of nodes with faces that Bullet's solver gets. all: Bullet's rule; closest_feature: one for each "
-    "place where the surface is nearest. automatic: closest_feature in classic worlds with dcd, otherwise all";
+    "The contacts of nodes with faces that Bullet's solver gets. all: Bullet's rule; closest_feature: in classic "
+    "worlds one for each place where the surface is nearest. automatic: closest_feature with dcd, otherwise all";
 template <>
 inline constexpr auto kHelpOf<&bullet::Settings::contacts_per_node> =
     "The most contacts of a node with faces of one body on one side; 0 for no limit";

@@ -36,11 +36,11 @@ enum class EdgeContacts : std::uint32_t {
 /// Which of a node's contacts with the faces of one body Bullet's solver gets.
 enum class Contacts : std::uint32_t {
   all,  ///< all within the margin: a node over an edge has two, over a corner about six, with the same normal
-  /// One for each place where the body's surface is nearest to the node, such as each layer of a fold. The kept contact
-  /// carries the push and friction of those dropped. Classic worlds also choose among contacts of edges. In the
-  /// deformable world the kept contacts hold less than all. docs/use/bullet.md has the rule.
+  /// In classic worlds one for each place where the body's surface is nearest to the node, such as each layer of a
+  /// fold. The kept contact carries the push and friction of those dropped. The choice is also made among contacts of
+  /// edges. In the deformable world all: fewer contacts would hold less. docs/use/bullet.md has the rule.
   closest_feature,
-  automatic,  ///< closest_feature in classic worlds with Detection::dcd, otherwise all
+  automatic,  ///< closest_feature with Detection::dcd, otherwise all
 };
 
 /// Which features of soft bodies touch convex rigid shapes: any btConvexShape, alone or in a compound, of a rigid body,
