@@ -84,6 +84,10 @@ void CrossingPrevention::restore_start(btSoftBody& body) const {
   set_values(body, kind_.ends.start, kept->second);
 }
 
+void CrossingPrevention::round_ends(btSoftBody& body) const {
+  if (moved_ != nullptr) moved_->round_ends(body);
+}
+
 void CrossingPrevention::take_up(btSoftBody& body, btScalar time_step) {
   NodeStates* const before = answered_.add(body);
   if (before == nullptr) return;
@@ -135,7 +139,10 @@ void CrossingPrevention::take_back() const {
 }
 
 void CrossingPrevention::update_positions(const HeldNodes& held, btScalar time_step) {
-  for (const auto& [body, before] : answered_) kind_.move_end(*body, time_step);
+  for (const auto& [body, before] : answered_) {
+    kind_.move_end(*body, time_step);
+    round_ends(*body);
+  }
   held.put_back();
   std::vector<btSoftBody*> bodies;
   for (const auto& [body, before] : answered_) {
@@ -198,6 +205,7 @@ void CrossingPrevention::require(btSoftBody& body, btScalar time_step) {
   WorldMirror::Member& member = mirror_.require(body, /*needs_way=*/true);
   restore_start(body);
   kind_.set_out(body, time_step);
+  round_ends(body);
   mirror_.update_way(member);
   required_.insert(&body);
 }
@@ -248,9 +256,11 @@ void CrossingPrevention::require_neighbours(Span<btSoftBody* const> moved, btSca
 }
 
 bool CrossingPrevention::run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
-                             const Surroundings& surroundings, const TangledNodes* released) {
+                             const Surroundings& surroundings, const TangledNodes* released,
+                             const MasslessNodePaths* moved) {
   BT_PROFILE("softcd crossings");
   released_ = released;
+  moved_ = moved;
   neighbours_ = surroundings.soft_bodies;
   const bool has_any = require(bodies, surroundings, time_step);
   const PairRule rule_of_all = [&](btSoftBody& a, btSoftBody& b) {

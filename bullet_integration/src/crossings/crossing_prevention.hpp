@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "bodies/massless_node_paths.hpp"
 #include "bodies/query_options.hpp"
 #include "contacts/tangles.hpp"
 #include "crossings/crossing_impulses.hpp"
@@ -54,9 +55,11 @@ class CrossingPrevention {
 
   /// Changes m_v and NodeEnds::end. With discrete detection, `bodies` are those near rigid meshes, whatever their
   /// flags. Returns whether there were impacts. If it throws, the nodes keep their motion from before the call.
-  /// `released` are nodes that may pass through the bodies with which they are tangled.
+  /// `released` are nodes that may pass through the bodies with which they are tangled, `moved` those that the app has
+  /// moved.
   bool run(Span<btSoftBody* const> bodies, const PairRule& rule, btScalar time_step,
-           const Surroundings& surroundings = {}, const TangledNodes* released = nullptr);
+           const Surroundings& surroundings = {}, const TangledNodes* released = nullptr,
+           const MasslessNodePaths* moved = nullptr);
 
   /// Puts nodes exactly where the last run() found no crossings. Call it in the deformable world after Bullet has moved
   /// the nodes: the sum of a node's velocities can round to another place. Does nothing in steps without run().
@@ -82,6 +85,7 @@ class CrossingPrevention {
   void require_neighbours(Span<btSoftBody* const> moved, btScalar time_step);
   std::vector<Impact> find_impacts(Pairs pairs);
   void restore_start(btSoftBody& body) const;
+  void round_ends(btSoftBody& body) const;
   struct Responses;
   void answer(std::vector<Impact> impacts, btScalar time_step);
   std::vector<Impact> respond(std::vector<Impact> impacts, Responses& responses, btScalar time_step);
@@ -109,6 +113,7 @@ class CrossingPrevention {
   RigidObstacles obstacles_;
   TangledPairs tangled_;
   const TangledNodes* released_ = nullptr;          ///< in run()
+  const MasslessNodePaths* moved_ = nullptr;        ///< in run()
   Span<btSoftBody* const> neighbours_;              ///< in run()
   std::unordered_set<const btSoftBody*> required_;  ///< in this step
   /// Has the nodes' ends of bodies in the deformable world whose velocities do not lead there exactly.

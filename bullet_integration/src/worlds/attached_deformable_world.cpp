@@ -132,6 +132,7 @@ void AttachedDeformableWorld::end_step(btScalar time_step) {
   show_soft_contacts();
   if (!has_responded_) queries().read_out.take_rigid_impulses(bodies());
   prevent_crossings(time_step);
+  step().end_paths();
   refit_face_trees(bodies());
   step().end();
 }

@@ -34,7 +34,10 @@ void DeformableWorld::rayTest(const btVector3& from, const btVector3& to, RayRes
 void DeformableWorld::internalSingleStepSimulation(btScalar time_step) {
   const DeformableStep step(*this, getSoftBodyArray(), *detection_.queries_);
   step.queries.rays.begin_motion();
-  const AtEnd motion_ends([&step] { step.queries.rays.end_motion(); });
+  const AtEnd motion_ends([&step] {
+    step.queries.massless_paths.end_paths(step.bodies());  // of a step that an exception leaves
+    step.queries.rays.end_motion();
+  });
   step.begin();
   if (m_internalPreTickCallback != nullptr) m_internalPreTickCallback(this, time_step);
   reinitialize(time_step);

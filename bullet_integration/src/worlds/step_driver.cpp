@@ -27,8 +27,9 @@ void sweep_boxes(Span<btSoftBody* const> bodies, const Settings& settings, btBro
 }
 
 void StepDriver::pairs() const {
-  queries.keep_rigid_starts(objects(), world_.getDispatchInfo().m_timeStep);
-  queries.massless_paths.set_starts(bodies());
+  const btScalar time_step = world_.getDispatchInfo().m_timeStep;
+  queries.keep_rigid_starts(objects(), time_step);
+  queries.massless_paths.set_starts(bodies(), time_step);
   sweep_boxes(bodies(), queries.settings(), broadphase(), world_.getDispatcher());
 }
 
@@ -50,7 +51,7 @@ void ClassicStep::before_solver() const {
 
 void ClassicStep::end(btScalar time_step) const {
   {
-    const AtEnd answered([this] { queries.massless_paths.give_velocities_back(bodies()); });
+    const AtEnd answered([this] { queries.massless_paths.end_paths(bodies()); });
     queries.read_out.confirm_replay(bodies());
     queries.late_contacts.solve(bodies(), queries.read_out.replayed_impulses());
     queries.late_impulses.answer(objects(), time_step, queries.read_out.replayed_impulses());
@@ -86,6 +87,12 @@ void DeformableStep::prevent_crossings(btScalar time_step) const {
 
 void DeformableStep::place_ends() const {
   if (queries.crossings.get() != nullptr) queries.crossings.get()->place_ends();
+  end_paths();
+}
+
+void DeformableStep::end_paths() const {
+  queries.massless_paths.end_paths(bodies());
+  queries.end_massless_paths(bodies());
 }
 
 }  // namespace softcd::bullet

@@ -105,8 +105,9 @@ class DeformableStep : public StepDriver {
   void respond(btScalar time_step) const;
   /// Runs the last pass. Bullet then moves the nodes.
   void prevent_crossings(btScalar time_step) const;
-  /// Corrects the rounding of that motion, right after it.
+  /// Corrects the rounding of that motion, right after it, and ends the paths of massless nodes.
   void place_ends() const;
+  void end_paths() const;
   /// Runs when the nodes have moved.
   void end() const { queries.read_out.finish(broadphase()); }
 };

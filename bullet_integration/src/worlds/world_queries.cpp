@@ -30,7 +30,8 @@ WorldQueries::WorldQueries(const WorldKind& kind, const Settings& settings)
       convex_shapes("the step has only Bullet's own contacts of soft bodies with convex shapes", kind.contacts, mirror,
                     settings_),
       read_out(kind.read_contacts, settings_),
-      rays(kind.ray_targets, settings_) {}
+      rays(kind.ray_targets, settings_),
+      massless_paths(kind.contacts.ends) {}
 
 BackedNodes WorldQueries::backed_nodes(Span<btSoftBody* const> bodies) {
   try {
@@ -185,7 +186,8 @@ void WorldQueries::prevent_crossings(Span<btSoftBody* const> bodies, const btCol
   crossings.run([&](CrossingPrevention& prevention) {
     std::vector<btSoftBody*> wanted;
     std::copy_if(bodies.begin(), bodies.end(), std::back_inserter(wanted), is_wanted);
-    prevention.run({wanted.data(), wanted.size()}, std::cref(pairs), time_step, surroundings, released());
+    prevention.run({wanted.data(), wanted.size()}, std::cref(pairs), time_step, surroundings, released(),
+                   &massless_paths);
   });
   if (crossings.get() != nullptr) read_out.add_crossings(crossings.get()->impulses(), bodies);
 }

@@ -85,8 +85,8 @@ class WorldQueries {
   /// Runs the step's last pass: see Untangling and CrossingPrevention. Does nothing unless may_change().
   void prevent_crossings(Span<btSoftBody* const> bodies, const btCollisionObjectArray& objects, const PairGate& gate,
                          btScalar time_step);
-  /// Classic worlds: see MasslessNodePaths::end_step(). The other worlds never call it, so their nodes have no such
-  /// paths.
+  /// See MasslessNodePaths::end_step(). A Dispatcher under a world of Bullet's own never calls it, so nodes there have
+  /// no such paths.
   void end_massless_paths(Span<btSoftBody* const> bodies);
   /// Call it before Bullet moves rigid objects in a step.
   void keep_rigid_starts(const btCollisionObjectArray& objects, btScalar time_step);
