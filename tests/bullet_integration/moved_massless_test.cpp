@@ -285,6 +285,22 @@ class MovedMasslessDeformable : public MovedMassless {};
 INSTANTIATE_TEST_SUITE_P(Worlds, MovedMasslessDeformable,
                          testing::Values(World::deformable, World::attached_deformable), world_name);
 
+// Bullet's rule for contacts uses the normals of faces.
+TEST_P(MovedMasslessDeformable, contacts_have_the_normals_of_the_start_of_the_path) {
+  const btSoftBody& free_one = add_cloth(btScalar(-0.03), Massless::none);
+  btSoftBody& cloth = add_cloth(0, Massless::all);
+  simulation.step_once();
+  for (Node* node : massless_nodes(cloth)) node->m_x += btVector3(0, node->m_x.z() - btScalar(0.5), 0);
+  simulation.step_once();
+  int count = 0;
+  for (const btSoftBody* body : {&free_one, static_cast<const btSoftBody*>(&cloth)}) {
+    for (int c = 0; c < body->m_faceNodeContacts.size(); ++c, ++count) {
+      EXPECT_GT(btFabs(body->m_faceNodeContacts[c].m_normal.y()), btScalar(0.999));
+    }
+  }
+  EXPECT_GT(count, 0);
+}
+
 // The boxes of the body at both ends of the path leave the mesh out.
 TEST_P(MovedMasslessDeformable, nodes_touch_a_mesh_between_the_ends_of_their_paths) {
   btTriangleMesh mesh = triangle(btVector3(btScalar(1.5), btScalar(-0.5), 0));
