@@ -228,6 +228,16 @@ TEST_P(MovedMassless, nodes_strike_nothing_where_their_body_is_placed_anew) {
   }
 }
 
+TEST_P(MovedMassless, nodes_end_where_the_app_puts_them_beyond_bullets_greatest_displacement) {
+  simulation.world_info().m_maxDisplacement = btScalar(0.01);
+  btSoftBody& cloth = add_cloth(0, Massless::every_second);
+  simulation.step();
+  move_massless(cloth, btVector3(0, btScalar(-0.05), 0));
+  const std::vector<btVector3> places = places_of(cloth);
+  simulation.step();
+  expect_at_rest(cloth, places);
+}
+
 TEST_P(MovedMassless, nodes_of_a_new_body_at_the_same_place_have_no_path) {
   btSoftBody& between = add_cloth(0, Massless::none);
   btSoftBody* moved = &add_cloth(btScalar(0.3), Massless::all);

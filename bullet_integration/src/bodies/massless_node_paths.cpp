@@ -61,7 +61,7 @@ void MasslessNodePaths::begin_step(Span<btSoftBody* const> bodies) {
   has_moves_ = false;
 }
 
-bool MasslessNodePaths::has_moved(const btSoftBody& body, const Track& track) {
+bool MasslessNodePaths::has_moved(const btSoftBody& body, const Track& track) const {
   const auto is_there = [&](const Path& path) { return body.m_nodes[path.node].m_x == path.end; };
   if (std::all_of(track.paths.begin(), track.paths.end(), is_there)) return false;
   btScalar farthest = 0;
@@ -70,6 +70,7 @@ bool MasslessNodePaths::has_moved(const btSoftBody& body, const Track& track) {
     if (node.m_q != path.start) return false;
     farthest = btMax(farthest, node.m_x.distance(path.end));
   }
+  if (begins_at_nodes() && farthest > body.m_worldInfo->m_maxDisplacement) return false;
   return farthest <= body.m_bounds[0].distance(body.m_bounds[1]);
 }
 

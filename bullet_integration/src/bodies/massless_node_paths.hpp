@@ -16,8 +16,8 @@ namespace softcd::bullet {
 /// exactly where it would be without this class.
 ///
 /// If m_q has changed as well, or if a node has moved by more than the body's size, the app has placed the body anew:
-/// btSoftBody::transform() and apps that restore a state set both positions. Such a move is no path. Owned by
-/// WorldQueries.
+/// btSoftBody::transform() and apps that restore a state set both positions. Such a move is no path. Neither is a move
+/// by more than Bullet's deformable solver moves a node in a step (m_maxDisplacement). Owned by WorldQueries.
 class MasslessNodePaths {
  public:
   /// `ends` must outlive it.
@@ -62,7 +62,7 @@ class MasslessNodePaths {
   bool begins_at_nodes() const { return ends_.start == &btSoftBody::Node::m_x; }
   btScalar steps_per_second(const btSoftBody& body) const;
   btVector3 velocity_of(const Path& path, const btSoftBody& body) const;
-  static bool has_moved(const btSoftBody& body, const Track& track);
+  bool has_moved(const btSoftBody& body, const Track& track) const;
 
   const NodeEnds& ends_;
   std::unordered_map<BodyKey, Track, BodyKeyHash> tracks_;  ///< of bodies with massless nodes
