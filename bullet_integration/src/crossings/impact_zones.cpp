@@ -100,14 +100,16 @@ class RigidMotion {
   }
 
   /// Limits the velocity of a point along a unit vector to at most `wanted` in size, and to its sign. So energy is only
-  /// removed.
-  void keep_within(Vec3d position, Vec3d direction, double wanted) {
+  /// removed. Returns whether that changes the motion.
+  bool keep_within(Vec3d position, Vec3d direction, double wanted) {
     const double now = dot(velocity_at(position), direction);
     const double then = std::clamp(now, std::min(0.0, wanted), std::max(0.0, wanted));
+    if (then == now) return false;
     const Vec3d arm = cross(position - center_, direction);
     const double impulse = (then - now) / (1 / mass_ + dot(arm, inverse_inertia_ * arm));
     velocity_ = velocity_ + (impulse / mass_) * direction;
     angular_velocity_ = angular_velocity_ + impulse * (inverse_inertia_ * arm);
+    return true;
   }
 
  private:
@@ -180,13 +182,16 @@ Vec3d ImpactZones::place_of(const Node& node) const {
 
 void ImpactZones::keep_within_constraints(const std::vector<Node*>& zone, btVector3 Node::*velocity,
                                           RigidMotion& motion) const {
-  for (int sweep = 0; sweep < kConstraintSweeps; ++sweep) {
+  bool has_changed = true;
+  for (int sweep = 0; has_changed && sweep < kConstraintSweeps; ++sweep) {
+    has_changed = false;
     for (const Node* node : zone) {
       const NodeConstraint* constraint = constraint_of(*node);
       const int count = constraint == nullptr ? 0 : constraint->count();
       for (int i = 0; i < count; ++i) {
         const btVector3& direction = constraint->direction(i);
-        motion.keep_within(place_of(*node), to_doubles(direction), double((node->*velocity).dot(direction)));
+        const double wanted = double((node->*velocity).dot(direction));
+        has_changed |= motion.keep_within(place_of(*node), to_doubles(direction), wanted);
       }
     }
   }
