@@ -376,6 +376,19 @@ TEST_P(MovedMasslessAttached, nodes_stay_where_the_app_detaches_within_the_step)
   }
 }
 
+// Bullet calls actions when it has moved all nodes, in the order in which they were added.
+TEST_P(MovedMasslessAttached, nodes_stay_where_an_action_called_before_softcds_puts_them) {
+  btSoftBody& cloth = add_cloth(0, Massless::every_second);
+  std::vector<btVector3> places;
+  const Interruption interruption(simulation.world(), When::in_action, [&] {
+    move_massless(cloth, btVector3(0, btScalar(-0.02), 0));
+    places = places_of(cloth);
+  });
+  simulation.attach_again(bullet::Settings::safe());
+  simulation.step_once();
+  EXPECT_EQ(places_of(cloth), places);
+}
+
 class MovedMasslessLate : public MovedMassless {};
 INSTANTIATE_TEST_SUITE_P(Worlds, MovedMasslessLate, testing::Values(World::attached), world_name);
 

@@ -3,37 +3,34 @@
 #include <algorithm>
 #include <iterator>
 #include <new>
+#include <utility>
 
 namespace softcd::bullet {
 
-/// Moves nodes back to the start of the step, after Bullet has moved them. Its destructor moves them to their new ends:
-/// to m_q, and nodes on anchors to their anchors.
+/// Moves nodes back to the start of the step, after Bullet has moved them. Its destructor moves them to their new ends,
+/// m_q. Nodes that something has put elsewhere since then go back there: nodes on anchors, and those that actions of
+/// the app have moved.
 class AttachedDeformableWorld::NodesPutBack {
  public:
   /// `has_integrated` says that Bullet has moved all nodes, even if resting nodes have not changed.
   NodesPutBack(std::vector<Way>& ways, bool has_integrated) : ways_(ways), has_moved_(has_integrated) {
     for (Way& way : ways_) {
-      int i = 0;
-      for (btVector3& end : way.ends) {
+      for (int i = 0; i < way.body->m_nodes.size(); ++i) {
         btSoftBody::Node& node = way.body->m_nodes[i];
-        end = node.m_x;
-        node.m_x = way.starts[static_cast<std::size_t>(i++)];
-        has_moved_ = has_moved_ || node.m_x != end;
+        const auto index = static_cast<std::size_t>(i);
+        way.are_placed[index] = node.m_x != node.m_q;
+        way.ends[index] = std::exchange(node.m_x, way.starts[index]);
+        has_moved_ = has_moved_ || node.m_x != way.ends[index];
       }
     }
   }
   ~NodesPutBack() {
     for (const Way& way : ways_) {
-      btSoftBody& body = *way.body;
-      int i = 0;
-      for (const btVector3& end : way.ends) {
-        btSoftBody::Node& node = body.m_nodes[i++];
-        node.m_x = has_moved_ ? node.m_q : end;
+      for (int i = 0; i < way.body->m_nodes.size(); ++i) {
+        btSoftBody::Node& node = way.body->m_nodes[i];
+        const auto index = static_cast<std::size_t>(i);
+        node.m_x = has_moved_ && !way.are_placed[index] ? node.m_q : way.ends[index];
         node.m_vn = node.m_v;
-      }
-      for (const btSoftBody::DeformableNodeRigidAnchor& anchor : span_of(body.m_deformableAnchors)) {
-        btSoftBody::Node& node = *anchor.m_node;
-        node.m_x = way.ends[static_cast<std::size_t>(&node - &body.m_nodes[0])];
       }
     }
   }
@@ -122,7 +119,7 @@ void AttachedDeformableWorld::keep_starts() {
     for (btSoftBody* body : bodies()) {
       if (!queries().may_change(*body)) continue;
       const std::vector<btVector3> starts = values_of(*body, &btSoftBody::Node::m_x);
-      ways_.push_back({body, starts, /*ends=*/starts});
+      ways_.push_back({body, starts, /*ends=*/starts, std::vector<bool>(starts.size())});
     }
   });
 }

@@ -22,6 +22,7 @@ class AttachedDeformableWorld final : public AttachedWorld, private btActionInte
   struct Way {
     btSoftBody* body;
     std::vector<btVector3> starts, ends;
+    std::vector<bool> are_placed;  ///< whether something has put the node elsewhere after Bullet has moved it
   };
   class NodesPutBack;
 
