@@ -43,10 +43,11 @@ class MasslessNodePaths {
  private:
   struct Path {
     int node = 0;
-    btVector3 end = {};        ///< m_x when the last step ended
-    btVector3 start = {};      ///< m_q then
-    bool is_changed = false;   ///< by set_starts(), in this step
-    btVector3 own_start = {};  ///< without this class
+    btVector3 end = {};       ///< m_x when the last step ended
+    btVector3 start = {};     ///< m_q then
+    bool is_changed = false;  ///< by set_starts(), in this step
+    // Where the node's path begins and ends, and its velocity, without this class.
+    btVector3 own_start = {};
     btVector3 own_end = {};
     btVector3 own_velocity = {};
   };
