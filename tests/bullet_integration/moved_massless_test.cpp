@@ -376,7 +376,7 @@ TEST_P(MovedMasslessAttached, nodes_stay_where_the_app_detaches_within_the_step)
   }
 }
 
-// Bullet calls actions when it has moved all nodes, in the order in which they were added.
+// Bullet calls actions in the order in which they were added, in the deformable world when it has moved all nodes.
 TEST_P(MovedMasslessAttached, nodes_stay_where_an_action_called_before_softcds_puts_them) {
   btSoftBody& cloth = add_cloth(0, Massless::every_second);
   std::vector<btVector3> places;

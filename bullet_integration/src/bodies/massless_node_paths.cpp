@@ -51,8 +51,9 @@ btScalar MasslessNodePaths::steps_per_second(const btSoftBody& body) const {
 
 btVector3 MasslessNodePaths::velocity_of(const Path& path, const btSoftBody& body) const {
   btVector3 velocity = (path.own_end - path.end) * steps_per_second(body);
+  if (!begins_at_nodes()) return velocity;
   const btScalar fastest = body.m_worldInfo->m_maxDisplacement * steps_per_second(body);
-  for (int axis = 0; begins_at_nodes() && axis < 3; ++axis) btClamp(velocity[axis], -fastest, fastest);
+  for (int axis = 0; axis < 3; ++axis) btClamp(velocity[axis], -fastest, fastest);  // as Bullet does
   return velocity;
 }
 

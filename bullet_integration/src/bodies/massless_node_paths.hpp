@@ -46,7 +46,7 @@ class MasslessNodePaths {
     btVector3 end = {};       ///< m_x when the last step ended
     btVector3 start = {};     ///< m_q then
     bool is_changed = false;  ///< by set_starts(), in this step
-    // Where the node's path begins and ends, and its velocity, without this class.
+    // Without this class the node's path would have this start, end and velocity.
     btVector3 own_start = {};
     btVector3 own_end = {};
     btVector3 own_velocity = {};

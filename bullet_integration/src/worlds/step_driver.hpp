@@ -107,6 +107,7 @@ class DeformableStep : public StepDriver {
   void prevent_crossings(btScalar time_step) const;
   /// Corrects the rounding of that motion, right after it, and ends the paths of massless nodes.
   void place_ends() const;
+  /// Gives massless nodes that the app has moved their own velocities back, and remembers where all of them are.
   void end_paths() const;
   /// Runs when the nodes have moved.
   void end() const { queries.read_out.finish(broadphase()); }
